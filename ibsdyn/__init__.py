@@ -1,0 +1,43 @@
+"""Dynamics of precision machines by bookkeeping: components in, modes and frequency responses out."""
+
+from ibsdyn.components import Connection, Fixation, FlexibleBody, RigidBody
+from ibsdyn.errors import (
+    AnalysisError,
+    EngineError,
+    IbsdynError,
+    ModelError,
+    ModelWarning,
+    UnknownKeywordError,
+    UnknownNameError,
+)
+from ibsdyn.frequency_response import FrequencyResponse
+from ibsdyn.linear_system import LinearSystem
+from ibsdyn.model import Model
+from ibsdyn.modes import Modes
+from ibsdyn.requirements import required_stiffness
+from ibsdyn.signals import BaseMotion, Force, Sensor, Torque
+from ibsdyn.state_space import StateSpace
+
+__all__ = [
+    "AnalysisError",
+    "BaseMotion",
+    "Connection",
+    "EngineError",
+    "Fixation",
+    "FlexibleBody",
+    "Force",
+    "FrequencyResponse",
+    "IbsdynError",
+    "LinearSystem",
+    "Model",
+    "ModelError",
+    "ModelWarning",
+    "Modes",
+    "RigidBody",
+    "Sensor",
+    "StateSpace",
+    "Torque",
+    "UnknownKeywordError",
+    "UnknownNameError",
+    "required_stiffness",
+]

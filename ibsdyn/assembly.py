@@ -1,0 +1,202 @@
+"""Components in, kinematics out: the coordinates of a model and how each connection strains with them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ibsdyn.axes import DIRECTIONS, Array, axis_index, rigid_transfer, rotate_six
+from ibsdyn.components import Connection, Fixation, FlexibleBody, Inertia1D, Item, RigidBody
+from ibsdyn.errors import ModelError, UnknownNameError, nearest
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """A connection resolved against the coordinates of its model.
+
+    Attributes
+    ----------
+    connection : the component it comes from.
+    centre : (3,) elastic centre [m].
+    relative : (r, n) motion of end 2 minus end 1 at the elastic centre, global axes; r = 6, in 1-D models 1.
+    stiffness, damping : (r, r) finite stiffness and explicit damping there, global axes.
+    locks : (m, n) rows that are zero in every motion which respects the locked directions.
+    """
+
+    connection: Connection
+    centre: Array
+    relative: Array
+    stiffness: Array
+    damping: Array
+    locks: Array
+
+    @property
+    def name(self) -> str:
+        """The connection's name."""
+        return self.connection.name
+
+
+class Assembly:
+    """All coordinates of a model, those of its fixations last, and its resolved connections.
+
+    Parameters
+    ----------
+    items : fixations and bodies by name, in the order in which the user added them.
+    connections : connections by name.
+    axis : the one direction of a 1-D model, or None in 3-D.
+    """
+
+    def __init__(
+        self, items: Mapping[str, Item], connections: Mapping[str, Connection], axis: str | None
+    ) -> None:
+        self.axis = axis
+        self.items = dict(items)
+        self.directions: tuple[str, ...] = DIRECTIONS if axis is None else (axis,)
+        self.places: dict[str, slice] = {}
+        self.frames: dict[str, Array] = {}
+        names: list[str] = []
+        fixations = [item for item in items.values() if isinstance(item, Fixation)]
+        bodies = [item for item in items.values() if not isinstance(item, Fixation)]
+        for item in [*bodies, *fixations]:
+            self._place(item, names)
+        self.names = tuple(names)
+        self.is_base = np.array([name.rsplit(".", 1)[0] in {f.name for f in fixations} for name in names])
+        self.bodies = tuple(bodies)
+        self.fixations = tuple(fixations)
+        self.joints = tuple(self._joint(connection) for connection in connections.values())
+
+    def _place(self, item: Item, names: list[str]) -> None:
+        start = len(names)
+        if isinstance(item, FlexibleBody):
+            for interface, frame in item.reduced.interfaces.items():
+                address = f"{item.name}.{interface}"
+                first = start + item.reduced.coordinates.index(f"{interface}.x")
+                self.places[address] = slice(first, first + 6)
+                self.frames[address] = np.array(frame.position, dtype=float)
+            names.extend(f"{item.name}.{coordinate}" for coordinate in item.reduced.coordinates)
+            self.frames[item.name] = np.array(item.reduced.centre_of_mass, dtype=float)
+        else:
+            names.extend(f"{item.name}.{direction}" for direction in self.directions)
+            self.frames[item.name] = reference_point(item)
+        self.places[item.name] = slice(start, len(names))
+
+    def address(self, name: str, what: str) -> str:
+        """Return a name after checking that it stands for an item or an interface.
+
+        Raises
+        ------
+        UnknownNameError : it stands for neither; ``what`` says who asked.
+        """
+        if name not in self.places:
+            raise UnknownNameError(f"{what}: {name!r} is not in the model. {nearest(name, self.places)}")
+        return name
+
+    def motion(self, name: str, point: Sequence[float] | Array | None = None) -> Array:
+        """Return the rows that give the motion of a point which moves with an item.
+
+        Parameters
+        ----------
+        name : a body, a fixation or an interface; a flexible body without interface stands for its
+            mass-weighted mean motion.
+        point : (3,) global axes [m]; the item's own frame (CoG, position) if None.
+
+        Returns
+        -------
+        (6, n) ; in 1-D models only the row of the model's axis is filled.
+        """
+        place = self.places[name]
+        rows = np.zeros((6, len(self.names)))
+        if self.axis is not None:
+            rows[axis_index(self.axis, name), place] = 1.0
+            return rows
+        item = self.items.get(name)
+        if isinstance(item, FlexibleBody):
+            rows[:, place] = mean_motion(item)
+        else:
+            rows[:, place] = np.eye(6)
+        if point is None:
+            return rows
+        return rigid_transfer(np.asarray(point, dtype=float) - self.frames[name]) @ rows
+
+    def _joint(self, connection: Connection) -> Joint:
+        centre = elastic_centre(connection)
+        locked = np.array(connection.locked)
+        if self.axis is not None:
+            row = axis_index(self.axis, connection.name)
+            relative = (self.motion(connection.item2) - self.motion(connection.item1))[row : row + 1]
+            k, c = connection.stiffness, connection.damping or (0.0,)
+            stiffness = np.diag([0.0 if locked[0] else k[0]])
+            damping = np.diag([0.0 if locked[0] else c[0]])
+            return Joint(connection, centre, relative, stiffness, damping, relative[locked])
+        relative = self.motion(connection.item2, centre) - self.motion(connection.item1, centre)
+        local = rotate_six(connection.axes_matrix).T @ relative
+        return Joint(
+            connection,
+            centre,
+            relative,
+            connection.global_stiffness(),
+            connection.global_damping(),
+            local[locked],
+        )
+
+    def rigid_motion(self) -> Array:
+        """Return the (n, 6) coordinates of the whole model, base included, in a rigid motion about the origin.
+
+        Raises
+        ------
+        ModelError : a 1-D model, which has only one.
+        """
+        if self.axis is not None:
+            raise ModelError(f"a 1-D model along {self.axis} has no rigid motion in 3-D.")
+        motion = np.zeros((len(self.names), 6))
+        for name, item in self.items.items():
+            if isinstance(item, FlexibleBody):
+                motion[self.places[name]] = item.reduced.rigid_body_motion
+            else:
+                motion[self.places[name]] = rigid_transfer(self.frames[name])
+        return motion
+
+
+def reference_point(item: Fixation | RigidBody | Inertia1D) -> Array:
+    """Return the point [m] whose motion an item's coordinates are."""
+    if isinstance(item, RigidBody):
+        return np.array(item.cog)
+    return np.array(item.position) if isinstance(item, Fixation) else np.zeros(3)
+
+
+def elastic_centre(connection: Connection) -> Array:
+    """Return where a connection acts [m]: as given, or half way between its positions."""
+    if connection.elastic_centre is not None:
+        return np.array(connection.elastic_centre)
+    if connection.position1 is None or connection.position2 is None:  # 1-D: no place at all
+        return np.zeros(3)
+    return 0.5 * (np.array(connection.position1) + np.array(connection.position2))
+
+
+def mean_motion(body: FlexibleBody) -> Array:
+    """Return the (6, n_body) mass-weighted mean motion of a flexible body, at its CoG.
+
+    Notes
+    -----
+    The rigid motion with the body's linear and angular momentum: (R^T M R)^-1 R^T M q, R the rigid motions.
+    """
+    reduced = body.reduced
+    rigid = reduced.rigid_body_motion @ rigid_transfer(-np.asarray(reduced.centre_of_mass))
+    momentum = rigid.T @ reduced.M
+    mean: Array = np.linalg.solve(momentum @ rigid, momentum)
+    return mean
+
+
+def body_mass_matrix(body: Item) -> Array:
+    """Return a body's mass matrix over its own coordinates."""
+    if isinstance(body, FlexibleBody):
+        return np.asarray(body.reduced.M, dtype=float)
+    if isinstance(body, Inertia1D):
+        return np.array([[body.inertia]])
+    mass = np.zeros((6, 6))
+    if isinstance(body, RigidBody):
+        mass[:3, :3] = body.mass * np.eye(3)
+        mass[3:, 3:] = body.inertia_tensor
+    return mass

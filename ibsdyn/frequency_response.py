@@ -1,0 +1,106 @@
+"""Frequency responses that carry their names and units."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ibsdyn.axes import Array
+from ibsdyn.errors import UnknownNameError, nearest
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+@dataclass(frozen=True, eq=False)
+class FrequencyResponse:
+    """Complex responses, array order [output, input, frequency], e^{+i omega t}.
+
+    Attributes
+    ----------
+    frequencies : (n_freq,) [Hz].
+    response : (n_out, n_in, n_freq) complex.
+    outputs, inputs : names.
+    output_units, input_units : units of each.
+    """
+
+    frequencies: Array
+    response: NDArray[np.complex128]
+    outputs: tuple[str, ...]
+    inputs: tuple[str, ...]
+    output_units: tuple[str, ...]
+    input_units: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        """Name the size, the band and the signals."""
+        return (
+            f"FrequencyResponse({len(self.outputs)} outputs x {len(self.inputs)} inputs x {len(self.frequencies)} "
+            f"frequencies, {self.frequencies[0]:.4g} to {self.frequencies[-1]:.4g} Hz)"
+        )
+
+    @property
+    def magnitude(self) -> Array:
+        """(n_out, n_in, n_freq) absolute values in output unit per input unit."""
+        return np.abs(self.response)
+
+    @property
+    def phase(self) -> Array:
+        """(n_out, n_in, n_freq) phase, not unwrapped [deg]."""
+        return np.degrees(np.angle(self.response))
+
+    def unit(self, output: int, input_: int) -> str:
+        """Return the unit of one response, ``-`` where output and input have the same."""
+        over, under = self.output_units[output], self.input_units[input_]
+        if over == under:
+            return "-"
+        return f"({over})/({under})" if "/" in under or "·" in under else f"({over})/{under}"
+
+    def select(
+        self, outputs: str | Sequence[str] | None = None, inputs: str | Sequence[str] | None = None
+    ) -> FrequencyResponse:
+        """Return the responses of some outputs and inputs by name, in the order asked.
+
+        Raises
+        ------
+        UnknownNameError : a name that is not among them.
+        """
+        rows = _places(outputs, self.outputs, "output")
+        columns = _places(inputs, self.inputs, "input")
+        return replace(
+            self,
+            response=self.response[np.ix_(rows, columns)],
+            outputs=tuple(self.outputs[i] for i in rows),
+            inputs=tuple(self.inputs[i] for i in columns),
+            output_units=tuple(self.output_units[i] for i in rows),
+            input_units=tuple(self.input_units[i] for i in columns),
+        )
+
+    def plot(self, axes: Sequence[Axes] | np.ndarray | None = None, label: str | None = None) -> np.ndarray:
+        """Draw magnitude and phase over frequency, a pair of Axes for each output and input.
+
+        Parameters
+        ----------
+        axes : what an earlier call returned, to draw over it; a new figure if None.
+        label : name of this curve in the legend.
+
+        Returns
+        -------
+        (2 n_out, n_in) array of matplotlib Axes: magnitude above phase.
+        """
+        from ibsdyn.plotting.bode import plot_bode
+
+        return plot_bode(self, axes, label)
+
+
+def _places(names: str | Sequence[str] | None, known: tuple[str, ...], what: str) -> list[int]:
+    if names is None:
+        return list(range(len(known)))
+    wanted = [names] if isinstance(names, str) else list(names)
+    for name in wanted:
+        if name not in known:
+            raise UnknownNameError(f"the response has no {what} {name!r}. {nearest(name, known)}")
+    return [known.index(name) for name in wanted]

@@ -1,0 +1,281 @@
+"""Harmonic responses of a linear system: one eigenproblem, then every frequency is a matrix product.
+
+The undamped modes diagonalise M and K, and C too where all damping comes from ratios. Explicit dampers couple the
+modes; then the first-order form is diagonalised in modal coordinates, where it is well scaled, and checked against a
+direct solution. Where its eigenvectors are ill-conditioned, every frequency is solved directly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ibsdyn.axes import Array
+from ibsdyn.errors import AnalysisError
+from ibsdyn.frequency_response import FrequencyResponse
+from ibsdyn.signals import BaseMotion, Input, Sensor, checked_inputs, checked_outputs
+
+if TYPE_CHECKING:
+    from ibsdyn.linear_system import LinearSystem
+
+Complex = NDArray[np.complex128]
+# Solver(loads, rows): loads (n, m), rows (p, n) in modal coordinates -> (p, m, n_freq) of rows D(omega)^-1 loads
+Solver = Callable[[Complex, Array], Complex]
+
+# Beyond this the eigenvectors of the first-order form have lost half of the digits.
+CONDITION_LIMIT = 1e8
+# What the fast way may differ from a direct solution at the frequencies where it is checked.
+CHECK_TOLERANCE = 1e-8
+# Modal coupling below this share of its row is rounding.
+ROUNDING = 1e-12
+CHUNK_BYTES = 64e6
+
+
+def harmonic_response(
+    system: LinearSystem,
+    inputs: Input | Sequence[Input],
+    outputs: Sensor | Sequence[Sensor],
+    frequencies: Sequence[float] | Array,
+    hysteretic: bool,
+) -> FrequencyResponse:
+    """Return the responses of a system; see ``LinearSystem.frf``."""
+    sources, sensors = checked_inputs(inputs), checked_outputs(outputs)
+    hertz = checked_frequencies(frequencies)
+    omega = 2 * np.pi * hertz
+    natural, shapes, rigid = system._modal
+    rows, base_rows = (np.array(part) for part in zip(*(system.sensor(s) for s in sensors), strict=True))
+    solver, K_base = _solver(system, omega, hysteretic)
+    # Modal loads are quadratic in i omega: forces are constant, base motion brings K_base, C_base and M_base.
+    powers = np.zeros((3, len(natural), len(sources)), dtype=complex)
+    base = np.zeros((len(system.base_coordinates), len(sources)))
+    for column, source in enumerate(sources):
+        if isinstance(source, BaseMotion):
+            base[:, column] = system.base_motion(source)
+        else:
+            powers[0, :, column] = shapes.T @ system.load(source)
+    for power, matrix in enumerate((K_base, system.C_base if not hysteretic else _viscous_base(system), system.M_base)):
+        powers[power] -= shapes.T @ (matrix @ base)
+    modal_rows = rows @ shapes
+    s = 1j * omega
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        response = np.zeros((len(sensors), len(sources), len(omega)), dtype=complex)
+        for power in range(3):
+            if powers[power].any():
+                response += solver(powers[power], modal_rows) * s**power
+        response += (base_rows @ base)[:, :, None]
+        derivative = np.array([[_order(o) - _order(i) for i in sources] for o in sensors])
+        response *= s[None, None, :] ** derivative[:, :, None]
+    _refuse_infinite(response, hertz, rigid)
+    return FrequencyResponse(
+        frequencies=hertz,
+        response=response,
+        outputs=tuple(sensor.name for sensor in sensors),
+        inputs=tuple(source.name for source in sources),
+        output_units=tuple(sensor.unit for sensor in sensors),
+        input_units=tuple(source.unit for source in sources),
+    )
+
+
+def checked_frequencies(frequencies: object) -> Array:
+    """Return frequencies [Hz] as an array.
+
+    Raises
+    ------
+    AnalysisError : empty, not one-dimensional, negative or not finite.
+    """
+    try:
+        hertz = np.atleast_1d(np.array(frequencies, dtype=float))
+    except (TypeError, ValueError) as error:
+        raise AnalysisError(f"frequencies must be numbers [Hz], got {frequencies!r}.") from error
+    if hertz.ndim != 1 or not hertz.size:
+        raise AnalysisError(f"frequencies must be a list of numbers [Hz], got shape {hertz.shape}.")
+    bad = hertz[~np.isfinite(hertz) | (hertz < 0)]
+    if bad.size:
+        raise AnalysisError(f"frequencies must be finite and not negative [Hz], got {bad[0]}.")
+    return hertz
+
+
+def _order(signal: Input | Sensor) -> int:
+    return signal.order if isinstance(signal, (BaseMotion, Sensor)) else 0
+
+
+def _refuse_infinite(response: Complex, hertz: Array, rigid: np.ndarray) -> None:
+    bad = np.flatnonzero(~np.isfinite(response).all(axis=(0, 1)))
+    if not bad.size:
+        return
+    if hertz[bad[0]] == 0.0:
+        cause = (
+            "the model has rigid-body modes" if rigid.any() else "an acceleration or velocity has no static displacement"
+        )
+        raise AnalysisError(f"at 0 Hz the response is infinite or undefined: {cause}. Start above 0 Hz.")
+    raise AnalysisError(
+        f"at {hertz[bad[0]]:.6g} Hz the response is infinite: an undamped mode lies exactly there. Give the "
+        "connections a damping ratio zeta."
+    )
+
+
+def _solver(system: LinearSystem, omega: Array, hysteretic: bool) -> tuple[Solver, Complex]:
+    """Return the solver in modal coordinates, and the base stiffness that goes with it."""
+    natural, shapes, _ = system._modal
+    n = len(natural)
+    stiffness = np.diag(natural**2).astype(complex)
+    K_base: Complex = system.K_base.astype(complex)
+    if hysteretic:
+        for part in system._parts:
+            if part.zeta:
+                free, base = part.rows[:, :n], part.rows[:, n:]
+                deformation = free @ shapes
+                stiffness += 2j * part.zeta * (deformation.T @ part.stiffness @ deformation)
+                K_base += 2j * part.zeta * (free.T @ part.stiffness @ base)
+        damping = shapes.T @ _viscous(system) @ shapes
+    else:
+        damping = shapes.T @ system.C @ shapes
+        if not any(part.viscous for part in system._parts):
+            damping = np.diag(np.diag(damping))  # it is by construction; what lies beside is rounding
+    coupled_damping = _without_rounding(damping)
+    coupled_stiffness = _without_rounding(stiffness)
+    if _is_diagonal(coupled_damping) and _is_diagonal(coupled_stiffness):
+        k, c = np.diag(coupled_stiffness), np.diag(coupled_damping).real
+        return _diagonal_solver(k, c, omega), K_base
+    fast = None
+    if not coupled_damping.any():
+        fast = _second_order_solver(coupled_stiffness, omega)
+    elif not hysteretic:
+        fast = _first_order_solver(natural, coupled_damping.real, omega)
+    direct = _direct_solver(coupled_stiffness, coupled_damping, omega)
+    if fast is not None and _agree(fast, coupled_stiffness, coupled_damping, omega):
+        return fast, K_base
+    return direct, K_base
+
+
+def _viscous(system: LinearSystem) -> Array:
+    """Return the (n, n) matrix of the explicit dampers alone."""
+    return system._explicit_damping[: len(system.coordinates), : len(system.coordinates)]
+
+
+def _viscous_base(system: LinearSystem) -> Array:
+    return system._explicit_damping[: len(system.coordinates), len(system.coordinates) :]
+
+
+def _without_rounding(matrix: NDArray[np.complex128] | Array) -> Complex:
+    """Return a modal matrix with the couplings removed that are rounding beside its diagonal."""
+    cleaned = np.array(matrix, dtype=complex)
+    size = np.sqrt(np.abs(np.diag(cleaned)))
+    largest = np.abs(cleaned).max(initial=0.0)
+    # A rigid-body mode has no diagonal: its couplings are held against the largest of the matrix.
+    bound = np.maximum(ROUNDING * np.outer(size, size), ROUNDING**2 * largest)
+    rounding = np.abs(cleaned) <= bound
+    np.fill_diagonal(rounding, False)
+    cleaned[rounding] = 0.0
+    return cleaned
+
+
+def _is_diagonal(matrix: Complex) -> bool:
+    return not np.any(matrix - np.diag(np.diag(matrix)))
+
+
+def _diagonal_solver(stiffness: Complex, damping: Array, omega: Array) -> Solver:
+    dynamic = 1.0 / (stiffness[:, None] - omega**2 + 1j * omega * damping[:, None])
+
+    def solve(loads: Complex, rows: Array) -> Complex:
+        residues = rows[:, None, :] * loads.T[None, :, :]
+        result: Complex = residues @ dynamic
+        return result
+
+    return solve
+
+
+def _second_order_solver(stiffness: Complex, omega: Array) -> Solver | None:
+    """Diagonalise a complex symmetric stiffness (hysteretic damping); None where that is ill-conditioned."""
+    eigenvalues, vectors = np.linalg.eig(stiffness)
+    if not np.linalg.cond(vectors) < CONDITION_LIMIT:
+        return None
+    left = np.linalg.inv(vectors)
+    dynamic = 1.0 / (eigenvalues[:, None] - omega**2)
+
+    def solve(loads: Complex, rows: Array) -> Complex:
+        residues = (rows @ vectors)[:, None, :] * (left @ loads).T[None, :, :]
+        result: Complex = residues @ dynamic
+        return result
+
+    return solve
+
+
+def _first_order_solver(natural: Array, damping: Array, omega: Array) -> Solver | None:
+    """Diagonalise the first-order form in modal coordinates; None where that is ill-conditioned.
+
+    Modes that neither strain nor meet a damper have a defective double zero; they are split off and solved in closed
+    form, 1 / (-omega²).
+    """
+    free = (natural == 0) & ~damping.any(axis=0)
+    bound = np.flatnonzero(~free)
+    w = natural[bound]
+    # Scaling displacement by omega makes the undamped part skew-symmetric: its eigenvectors are orthogonal.
+    scale = np.where(w > 0, w, np.median(w[w > 0]) if (w > 0).any() else 1.0)
+    m = len(bound)
+    first_order = np.block(
+        [
+            [np.zeros((m, m)), np.diag(scale)],
+            [np.diag(-(w**2) / scale), -damping[np.ix_(bound, bound)]],
+        ]
+    )
+    poles, vectors = np.linalg.eig(first_order)
+    if not np.linalg.cond(vectors) < CONDITION_LIMIT:
+        return None
+    left = np.linalg.inv(vectors)
+    dynamic = 1.0 / (1j * omega[None, :] - poles[:, None])
+    rigid_dynamic = -1.0 / omega**2
+
+    def solve(loads: Complex, rows: Array) -> Complex:
+        observed = (rows[:, bound] / scale) @ vectors[:m]
+        driven = left[:, m:] @ loads[bound]
+        result: Complex = (observed[:, None, :] * driven.T[None, :, :]) @ dynamic
+        if free.any():
+            result = result + (rows[:, free] @ loads[free])[:, :, None] * rigid_dynamic
+        return result
+
+    return solve
+
+
+def _direct_solver(stiffness: Complex, damping: Complex, omega: Array) -> Solver:
+    n = len(stiffness)
+    step = max(1, int(CHUNK_BYTES / (16 * n * n)))
+    eye = np.eye(n)
+
+    def solve(loads: Complex, rows: Array) -> Complex:
+        result = np.empty((len(rows), loads.shape[1], len(omega)), dtype=complex)
+        for start in range(0, len(omega), step):
+            w = omega[start : start + step, None, None]
+            dynamic = stiffness - w**2 * eye + 1j * w * damping
+            try:
+                motion = np.linalg.solve(dynamic, np.broadcast_to(loads, (len(w), *loads.shape)))
+            except np.linalg.LinAlgError:
+                motion = np.stack([_solve_or_infinite(matrix, loads) for matrix in dynamic])
+            result[:, :, start : start + step] = np.moveaxis(rows @ motion, 0, -1)
+        return result
+
+    return solve
+
+
+def _solve_or_infinite(matrix: Complex, loads: Complex) -> Complex:
+    try:
+        solved: Complex = np.linalg.solve(matrix, loads)
+    except np.linalg.LinAlgError:
+        return np.full(loads.shape, np.inf, dtype=complex)
+    return solved
+
+
+def _agree(fast: Solver, stiffness: Complex, damping: Complex, omega: Array) -> bool:
+    """Compare the fast solver with direct solutions at some frequencies, for a fixed set of loads and rows."""
+    n = len(stiffness)
+    samples = np.unique(np.linspace(0, len(omega) - 1, 5).astype(int))
+    rng = np.random.default_rng(0)
+    loads, rows = rng.normal(size=(n, 2)).astype(complex), rng.normal(size=(2, n))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        quick = fast(loads, rows)[:, :, samples]
+    exact = _direct_solver(stiffness, damping, omega[samples])(loads, rows)
+    error = np.abs(quick - exact).max(axis=(0, 1))
+    return bool(np.all(error <= CHECK_TOLERANCE * np.abs(exact).max(axis=(0, 1))))

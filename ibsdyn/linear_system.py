@@ -1,0 +1,213 @@
+"""The labelled linear system M x'' + C x' + K x = F of a model, out of Exudyn's Jacobians."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ibsdyn.assembly import Assembly, body_mass_matrix
+from ibsdyn.axes import Array
+from ibsdyn.components import FlexibleBody
+from ibsdyn.damping import ElasticPart, damping_matrix, modal_ratios, strain_energy_shares
+from ibsdyn.engine import FlexibleMapping, linearized_matrices
+from ibsdyn.errors import known_keywords
+from ibsdyn.frequency_response import FrequencyResponse
+from ibsdyn.harmonic import harmonic_response
+from ibsdyn.locks import eliminate_locks
+from ibsdyn.modes import RIGID_ENERGY, Modes, undamped_modes
+from ibsdyn.signals import Input, Sensor, base_column, load_column, sensor_row
+from ibsdyn.state_space import StateSpace, state_space
+
+
+@dataclass(frozen=True, eq=False)
+class LinearSystem:
+    """M x'' + C x' + K x = F - (M_base x_b'' + C_base x_b' + K_base x_b), small motions about the undeformed state.
+
+    Attributes
+    ----------
+    M, C, K : (n, n) over the free coordinates; SI.
+    coordinates : n names, as ``mirror.rz``, ``flexure.tip.x``, ``flexure.mode1``.
+    M_base, C_base, K_base : (n, n_base) columns of the prescribed coordinates of the fixations.
+    base_coordinates : n_base names, as ``platform.x``.
+    redundant_locks : how many locked directions repeat others (the model is over-constrained by as many).
+    """
+
+    M: Array
+    C: Array
+    K: Array
+    coordinates: tuple[str, ...]
+    M_base: Array
+    C_base: Array
+    K_base: Array
+    base_coordinates: tuple[str, ...]
+    redundant_locks: int
+    _assembly: Assembly
+    _to_full: Array
+    _explicit_damping: Array
+    _parts: tuple[ElasticPart, ...]
+    _modal: tuple[Array, Array, np.ndarray]
+
+    def __repr__(self) -> str:
+        """Name the size and what is in it."""
+        return (
+            f"LinearSystem({len(self.coordinates)} free coordinates, {len(self.base_coordinates)} base coordinates, "
+            f"items: {', '.join(self._assembly.items)})"
+        )
+
+    @cached_property
+    def _modes(self) -> Modes:
+        omega, shapes, rigid = self._modal
+        full = self._to_full[:, : len(self.coordinates)] @ shapes
+        doubled = np.einsum("ir,ij,jr->r", shapes, self.C, shapes, optimize=True)
+        ratios = np.where(rigid, 0.0, doubled / (2.0 * np.where(rigid, 1.0, omega)))
+        kinetic = {}
+        for body in self._assembly.bodies:
+            place = self._assembly.places[body.name]
+            kinetic[body.name] = np.einsum("ir,ij,jr->r", full[place], self._body_mass[body.name], full[place])
+        return Modes(
+            frequencies=omega / (2 * np.pi),
+            damping_ratios=ratios,
+            shapes=shapes,
+            coordinates=self.coordinates,
+            strain_energy=strain_energy_shares(self._parts, shapes, rigid),
+            kinetic_energy=kinetic,
+            rigid=rigid,
+            _assembly=self._assembly,
+            _full_shapes=full,
+        )
+
+    @cached_property
+    def _body_mass(self) -> dict[str, Array]:
+        return {body.name: body_mass_matrix(body) for body in self._assembly.bodies}
+
+    def modes(self) -> Modes:
+        """Return the undamped modes with the base at rest, rigid-body modes (0 Hz) included."""
+        return self._modes
+
+    @known_keywords
+    def frf(
+        self,
+        inputs: Input | Sequence[Input],
+        outputs: Sensor | Sequence[Sensor],
+        frequencies: Sequence[float] | Array,
+        hysteretic: bool = False,
+    ) -> FrequencyResponse:
+        """Return the frequency responses from inputs to outputs, e^{+i omega t}.
+
+        Parameters
+        ----------
+        inputs : Force, Torque, BaseMotion; one or several.
+        outputs : Sensor, one or several; absolute motion unless the sensor has ``relative_to``.
+        frequencies : (n_freq,) [Hz].
+        hysteretic : use the complex stiffness K_j (1 + 2 i zeta_j) of each part in place of the viscous matrix of
+            the damping ratios; explicit dampers stay.
+
+        Returns
+        -------
+        FrequencyResponse with ``response`` (n_out, n_in, n_freq).
+
+        Raises
+        ------
+        ModelError : an input or output that the model does not have.
+        AnalysisError : frequencies that are none, or at which the response is infinite.
+        """
+        return harmonic_response(self, inputs, outputs, frequencies, hysteretic)
+
+    @known_keywords
+    def to_state_space(self, inputs: Input | Sequence[Input], outputs: Sensor | Sequence[Sensor]) -> StateSpace:
+        """Return A, B, C, D of the same inputs and outputs, for python-control, scipy and MATLAB.
+
+        Raises
+        ------
+        ModelError : an input or output that the model does not have.
+        AnalysisError : an output that needs the derivative of an input (an acceleration under a displacement input).
+        """
+        return state_space(self, inputs, outputs)
+
+    # What the analyses need of signals, over the independent coordinates.
+
+    def load(self, signal: Input) -> Array:
+        """Return the (n,) generalised forces of a unit force or torque."""
+        n = len(self.coordinates)
+        column: Array = self._to_full[:, :n].T @ load_column(signal, self._assembly)  # type: ignore[arg-type]  # checked
+        return column
+
+    def base_motion(self, signal: Input) -> Array:
+        """Return the (n_base,) base displacements of a unit motion of a fixation."""
+        return base_column(signal, self._assembly)  # type: ignore[arg-type]  # the caller has told it from a force
+
+    def sensor(self, sensor: Sensor) -> tuple[Array, Array]:
+        """Return a sensor's displacement row over the free (n,) and the base coordinates (n_base,)."""
+        row = sensor_row(sensor, self._assembly) @ self._to_full
+        n = len(self.coordinates)
+        return row[:n], row[n:]
+
+
+def linearize(assembly: Assembly, flexible: FlexibleMapping = "small-deflection") -> LinearSystem:
+    """Return the linear system of an assembly.
+
+    Raises
+    ------
+    ModelError : locks that contradict each other, or a floating frame without its integrals.
+    EngineError : Exudyn refuses the model.
+    AnalysisError : a mass matrix that is not positive definite or a stiffness that is indefinite.
+    """
+    elimination = eliminate_locks(assembly)
+    full = linearized_matrices(assembly, flexible)
+    n, transform = len(elimination.free), elimination.to_full
+    M, C, K = (_projected(matrix, transform) for matrix in (full.M, full.C, full.K))
+    parts = elastic_parts(assembly, transform)
+    omega, shapes, rigid = undamped_modes(M[:n, :n], K[:n, :n], RIGID_ENERGY[flexible])
+    shares = strain_energy_shares(parts, shapes, rigid)
+    ratios = modal_ratios(parts, shares, n)
+    explicit = C
+    C = explicit + damping_matrix(M[:n, :n], K[:n, n:], omega, shapes, rigid, ratios)
+    names = np.array(assembly.names)
+    for matrix in (M, C, K, shapes, omega):
+        matrix.setflags(write=False)
+    return LinearSystem(
+        M=M[:n, :n],
+        C=C[:n, :n],
+        K=K[:n, :n],
+        coordinates=tuple(str(name) for name in names[elimination.free]),
+        M_base=M[:n, n:],
+        C_base=C[:n, n:],
+        K_base=K[:n, n:],
+        base_coordinates=tuple(str(name) for name in names[elimination.base]),
+        redundant_locks=elimination.redundant,
+        _assembly=assembly,
+        _to_full=transform,
+        _explicit_damping=explicit,
+        _parts=parts,
+        _modal=(omega, shapes, rigid),
+    )
+
+
+def elastic_parts(assembly: Assembly, transform: Array) -> tuple[ElasticPart, ...]:
+    """Return the connections and flexible bodies of an assembly as parts that store strain energy.
+
+    Parameters
+    ----------
+    transform : (N, n + n_base) all coordinates from the independent ones.
+    """
+    parts = []
+    for joint in assembly.joints:
+        explicit = joint.connection.damping is not None
+        zeta = 0.0 if explicit else joint.connection.zeta
+        parts.append(ElasticPart(joint.name, joint.relative @ transform, joint.stiffness, zeta, explicit))
+    for body in assembly.bodies:
+        if isinstance(body, FlexibleBody):
+            explicit = body.reduced.C is not None
+            rows = transform[assembly.places[body.name]]
+            parts.append(
+                ElasticPart(body.name, rows, body.reduced.K, 0.0 if explicit else body.zeta, explicit)
+            )
+    return tuple(parts)
+
+
+def _projected(matrix: Array, transform: Array) -> Array:
+    projected: Array = transform.T @ matrix @ transform
+    return 0.5 * (projected + projected.T)

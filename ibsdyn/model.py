@@ -1,0 +1,481 @@
+"""The bookkeeping: a list of components that becomes a linear system."""
+
+from __future__ import annotations
+
+import copy
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from types import MappingProxyType
+
+import numpy as np
+
+from fem_import import ReducedBody
+from ibsdyn.assembly import Assembly
+from ibsdyn.axes import DIRECTIONS, is_rotation
+from ibsdyn.components import (
+    Connection,
+    Fixation,
+    FlexibleBody,
+    Inertia1D,
+    Item,
+    Point,
+    RigidBody,
+    checked_axes,
+    damping_values,
+    scalar_damping,
+    scalar_stiffness,
+    stiffness_values,
+)
+from ibsdyn.engine import FlexibleMapping
+from ibsdyn.errors import ModelError, ModelWarning, UnknownNameError, known_keywords, nearest
+from ibsdyn.linear_system import LinearSystem, linearize
+from ibsdyn.model_check import findings
+from ibsdyn.model_table import component_table
+from ibsdyn.validation import number, point, valid_name
+
+# Above this a part is no longer "lightly damped": the modal strain energy method and linear modes lose their meaning.
+HIGH_ZETA = 0.3
+RIGID = (np.inf,) * 6
+
+
+class Model:
+    """A machine as a list of fixations, bodies and connections.
+
+    Parameters
+    ----------
+    name : what results and reports call it.
+    axis : None for a 3-D model; one of x, y, z, rx, ry, rz for a 1-D concept along that direction.
+
+    Raises
+    ------
+    ModelError : no name, or an axis that is none of the six.
+    """
+
+    @known_keywords
+    def __init__(self, name: str, axis: str | None = None) -> None:
+        if not isinstance(name, str) or not name.strip():
+            raise ModelError(f"the model's name must be a non-empty text, got {name!r}.")
+        if axis is not None and axis not in DIRECTIONS:
+            raise ModelError(f"model {name!r}: axis {axis!r} is not known. {nearest(str(axis), DIRECTIONS)}")
+        self.name = name
+        self.axis = axis
+        self._items: dict[str, Item] = {}
+        self._connections: dict[str, Connection] = {}
+
+    # -- what is in it
+
+    @property
+    def items(self) -> Mapping[str, Item]:
+        """Fixations and bodies by name, in the order in which they were added."""
+        return MappingProxyType(self._items)
+
+    @property
+    def connections(self) -> Mapping[str, Connection]:
+        """Connections by name, in the order in which they were added."""
+        return MappingProxyType(self._connections)
+
+    def __repr__(self) -> str:
+        """Name the model and count its components."""
+        kind = "3-D" if self.axis is None else f"1-D along {self.axis}"
+        return f"Model({self.name!r}, {kind}, {len(self._items)} items, {len(self._connections)} connections)"
+
+    def __str__(self) -> str:
+        """Return the table of components with units."""
+        return component_table(self.name, self.axis, self._items, self._connections)
+
+    def copy(self, name: str | None = None) -> Model:
+        """Return a model of its own with the same components, optionally under another name."""
+        twin = Model(self.name if name is None else name, self.axis)
+        twin._items = copy.copy(self._items)
+        twin._connections = copy.copy(self._connections)
+        return twin
+
+    # -- components
+
+    @known_keywords
+    def fixation(self, name: str, position: Sequence[float] = (0.0, 0.0, 0.0)) -> Fixation:
+        """Add a fixation, still unless an analysis moves it.
+
+        Parameters
+        ----------
+        name : its name; no dots.
+        position : (3,) centre of rotation, global axes [m].
+
+        Raises
+        ------
+        ModelError : a name that is taken or none, a wrong position.
+        """
+        fixation = Fixation.of(name, position)
+        self._require_new(fixation.name)
+        self._items[fixation.name] = fixation
+        return fixation
+
+    @known_keywords
+    def rigid_body(
+        self,
+        name: str,
+        mass: float | None = None,
+        cog: Sequence[float] | None = None,
+        inertia: Sequence[float] | float | None = None,
+        products: str = "tensor",
+    ) -> RigidBody | Inertia1D:
+        """Add a rigid body.
+
+        Parameters
+        ----------
+        name : its name; no dots.
+        mass : [kg].
+        cog : (3,) centre of gravity, global axes [m].
+        inertia : Ixx, Iyy, Izz, Ixy, Ixz, Iyz about the CoG, global axes [kg m²]. In a 1-D model one number:
+            ``mass`` on a translation axis, ``inertia`` on a rotation axis.
+        products : "tensor" if Ixy = -integral(x y dm) (the element of the tensor), "integral" if the CAD program
+            prints +integral(x y dm).
+
+        Raises
+        ------
+        ModelError : a name that is taken, a missing, wrong or impossible value.
+        """
+        body: RigidBody | Inertia1D
+        if self.axis is None:
+            body = RigidBody.of(name, mass, cog, inertia, products)
+        else:
+            if cog is not None:
+                raise ModelError(f"rigid body {name!r}: a 1-D model along {self.axis} has no cog; leave it out.")
+            body = Inertia1D.of(name, mass, inertia, self.axis)
+        self._require_new(body.name)
+        self._items[body.name] = body
+        return body
+
+    @known_keywords
+    def flexible_body(self, name: str, reduced: ReducedBody, zeta: float = 0.0) -> FlexibleBody:
+        """Add a flexible body; connect to its interfaces as ``"name.interface"``.
+
+        Parameters
+        ----------
+        name : its name; no dots.
+        reduced : from ``fem_import.reduce``; its positions are in the model's global frame.
+        zeta : relative damping ratio; an exported damping matrix replaces it.
+
+        Raises
+        ------
+        ModelError : a name that is taken, something that is no reduced body, a negative ratio, a 1-D model.
+        """
+        body = FlexibleBody.of(name, reduced, zeta)
+        if self.axis is not None:
+            raise ModelError(
+                f"flexible body {name!r}: the model is 1-D along {self.axis}; flexible bodies need a 3-D model, "
+                "ibs.Model(name) without axis."
+            )
+        self._require_new(body.name)
+        _warn_zeta(body.zeta, f"flexible body {body.name!r}")
+        self._items[body.name] = body
+        return body
+
+    @known_keywords
+    def connection(
+        self,
+        name: str,
+        item1: str,
+        item2: str,
+        position1: Sequence[float] | None = None,
+        position2: Sequence[float] | None = None,
+        stiffness: Sequence[float] | float | None = None,
+        zeta: float = 0.0,
+        axes: Sequence[Sequence[float]] | None = None,
+        damping: Sequence[float] | float | None = None,
+        elastic_centre: Sequence[float] | None = None,
+    ) -> Connection:
+        """Add a spring/damper between two items.
+
+        Parameters
+        ----------
+        name : its name; no dots.
+        item1, item2 : a body, a fixation, or an interface of a flexible body as ``"flexure.tip"``.
+        position1, position2 : (3,) interface position on each, global axes [m]. An interface's own frame is its
+            default; one that is missing is taken from the other end.
+        stiffness : kx, ky, kz [N/m], kxx, kyy, kzz [N·m/rad] along ``axes`` at the elastic centre; ``math.inf``
+            locks a direction, 0 leaves it free. One number in a 1-D model.
+        zeta : relative damping ratio; the connection's loss factor is 2 zeta.
+        axes : 3x3 rotation whose columns are the local axes; global axes if None.
+        damping : cx, cy, cz [N·s/m], cxx, cyy, czz [N·m·s/rad] explicit dampers, in place of zeta.
+        elastic_centre : (3,) where the stiffness is diagonal [m]; half way between the positions if None.
+
+        Raises
+        ------
+        UnknownNameError : an item that is not in the model.
+        ModelError : any other value that cannot be right.
+        """
+        what = f"connection {valid_name(name, 'connection')!r}"
+        self._require_new(name)
+        ends = [self._end(item, f"{what}: item{i}") for i, item in enumerate((item1, item2), 1)]
+        if ends[0] == ends[1]:
+            raise ModelError(f"{what}: it connects {ends[0]!r} to itself; name two different items.")
+        if all(isinstance(self._items.get(end), Fixation) for end in ends):
+            raise ModelError(f"{what}: both {ends[0]!r} and {ends[1]!r} are fixations; nothing could move.")
+        if stiffness is None:
+            raise ModelError(f"{what}: stiffness= is missing.")
+        ratio = number(zeta, f"{what}: zeta", "-", minimum=0.0)
+        if self.axis is None:
+            positions = self._positions(ends, (position1, position2), what)
+            connection = Connection(
+                name,
+                *ends,
+                *positions,
+                stiffness=stiffness_values(stiffness, what),
+                zeta=ratio,
+                axes=checked_axes(axes, what),
+                damping=None if damping is None else damping_values(damping, what),
+                elastic_centre=None if elastic_centre is None else point(elastic_centre, f"{what}: elastic_centre"),
+            )
+        else:
+            placed = (position1, position2, axes, elastic_centre)
+            for value, label in zip(placed, ("position1", "position2", "axes", "elastic_centre"), strict=True):
+                if value is not None:
+                    raise ModelError(f"{what}: a 1-D model along {self.axis} has no {label}; leave it out.")
+            unit = "N·m/rad" if is_rotation(self.axis) else "N/m"
+            connection = Connection(
+                name,
+                *ends,
+                None,
+                None,
+                stiffness=scalar_stiffness(stiffness, what, unit),
+                zeta=ratio,
+                damping=None if damping is None else scalar_damping(damping, what),
+            )
+        _warn_zeta(ratio, what)
+        self._connections[name] = connection
+        return connection
+
+    def remove(self, name: str) -> None:
+        """Take a component out of the model.
+
+        Raises
+        ------
+        UnknownNameError : it is not in the model.
+        ModelError : connections still hold on to it.
+        """
+        if name in self._connections:
+            del self._connections[name]
+            return
+        if name not in self._items:
+            raise UnknownNameError(f"remove: {name!r} is not in the model. {nearest(name, self._names())}")
+        holding = [c.name for c in self._connections.values() if name in (_body(c.item1), _body(c.item2))]
+        if holding:
+            raise ModelError(f"remove: {name!r} is still connected by {', '.join(map(repr, holding))}; remove those first.")
+        del self._items[name]
+
+    @known_keywords
+    def replace_with_flexible(
+        self,
+        name: str,
+        reduced: ReducedBody,
+        zeta: float | None = None,
+        interfaces: Mapping[str, str] | None = None,
+    ) -> FlexibleBody:
+        """Put a flexible body in the place of a rigid body or of a connection, under the same name.
+
+        A rigid body's connections keep their names, positions and values and hold on to the interface nearest to
+        their position. A connection ``flexure`` between two items becomes a part between them, its interfaces
+        locked to the items by new connections named as in ``flexure-base``.
+
+        Parameters
+        ----------
+        name : the rigid body or the connection.
+        reduced : from ``fem_import.reduce``.
+        zeta : relative damping ratio; by default that of the connection replaced, else 0.
+        interfaces : which interface takes what: by connection name where a body is replaced, by item name where a
+            connection is; the nearest one for all that are not named.
+
+        Raises
+        ------
+        UnknownNameError : nothing of that name in the model.
+        ModelError : no reduced body, no such interface, or one that is not told apart; the model stays as it was.
+        """
+        if self.axis is not None:
+            raise ModelError(f"replace_with_flexible: the model is 1-D along {self.axis}; it needs a 3-D model.")
+        chosen = dict(interfaces or {})
+        if name in self._connections:
+            return self._replace_connection(self._connections[name], reduced, zeta, chosen)
+        if name not in self._items:
+            raise UnknownNameError(f"replace_with_flexible: {name!r} is not in the model. {nearest(name, self._names())}")
+        if not isinstance(self._items[name], RigidBody):
+            kind = "a fixation" if isinstance(self._items[name], Fixation) else "flexible already"
+            raise ModelError(f"replace_with_flexible: {name!r} is {kind}; it takes a rigid body or a connection.")
+        return self._replace_body(name, reduced, zeta, chosen)
+
+    # -- analyses
+
+    def check(self) -> list[str]:
+        """Return in words what looks wrong or is worth knowing; raises nothing, empty if all is well."""
+        return findings(self.axis, self._items, self._connections)
+
+    @known_keywords
+    def linearize(self, flexible: FlexibleMapping = "small-deflection") -> LinearSystem:
+        """Return the linear system about the undeformed state, out of Exudyn's Jacobians.
+
+        Parameters
+        ----------
+        flexible : how Exudyn represents flexible bodies: "small-deflection", or "floating-frame" as large motions
+            need it; linearised the two agree.
+
+        Raises
+        ------
+        ModelError : an empty model, or locks that contradict each other.
+        EngineError : Exudyn refuses the model.
+        AnalysisError : an unstable part.
+        """
+        return linearize(self.assembly(), flexible)
+
+    def assembly(self) -> Assembly:
+        """Return the coordinates and joints of the model as it stands.
+
+        Raises
+        ------
+        ModelError : no body in it.
+        """
+        if not any(not isinstance(item, Fixation) for item in self._items.values()):
+            raise ModelError(f"model {self.name!r} is empty: add at least one rigid or flexible body.")
+        return Assembly(self._items, self._connections, self.axis)
+
+    # -- bookkeeping
+
+    def _names(self) -> list[str]:
+        return [*self._items, *self._connections]
+
+    def _addresses(self) -> list[str]:
+        addresses: list[str] = []
+        for name, item in self._items.items():
+            if isinstance(item, FlexibleBody):
+                addresses += [f"{name}.{interface}" for interface in item.reduced.interfaces]
+            else:
+                addresses.append(name)
+        return addresses
+
+    def _require_new(self, name: str) -> None:
+        if name in self._items or name in self._connections:
+            raise ModelError(f"the name {name!r} is taken; every component of model {self.name!r} needs its own.")
+
+    def _end(self, item: object, what: str) -> str:
+        if not isinstance(item, str):
+            raise ModelError(f"{what} must be the name of an item, as 'mirror' or 'flexure.tip', got {item!r}.")
+        body = self._items.get(_body(item))
+        if isinstance(body, FlexibleBody):
+            if "." not in item:
+                known = ", ".join(repr(f"{item}.{interface}") for interface in body.reduced.interfaces)
+                raise ModelError(f"{what}: {item!r} is a flexible body; connect to one of its interfaces: {known}.")
+            body.interface(item.split(".", 1)[1])
+            return item
+        if item not in self._items:
+            raise UnknownNameError(f"{what}: {item!r} is not in the model. {nearest(item, self._addresses())}")
+        return item
+
+    def _positions(
+        self, ends: Sequence[str], given: Sequence[Sequence[float] | None], what: str
+    ) -> tuple[Point, Point]:
+        found: list[Point | None] = []
+        for i, (end, value) in enumerate(zip(ends, given, strict=True), 1):
+            if value is not None:
+                found.append(point(value, f"{what}: position{i}"))
+            else:
+                found.append(self._frame(end) if "." in end else None)
+        first = found[0] if found[0] is not None else found[1]
+        second = found[1] if found[1] is not None else found[0]
+        if first is None or second is None:
+            raise ModelError(
+                f"{what}: give position1= or position2= [m], where it meets {ends[0]!r} and {ends[1]!r}; "
+                "one is enough where both are the same."
+            )
+        return first, second
+
+    def _frame(self, address: str) -> Point:
+        body, interface = address.split(".", 1)
+        item = self._items[body]
+        assert isinstance(item, FlexibleBody)
+        x, y, z = (float(v) for v in item.reduced.interfaces[interface].position)
+        return x, y, z
+
+    def _replace_body(
+        self, name: str, reduced: ReducedBody, zeta: float | None, chosen: Mapping[str, str]
+    ) -> FlexibleBody:
+        body = FlexibleBody.of(name, reduced, 0.0 if zeta is None else zeta)
+        attached = {c.name: c for c in self._connections.values() if name in (c.item1, c.item2)}
+        _require_known(chosen, attached, f"replace_with_flexible {name!r}: connection")
+        changed: dict[str, Connection] = {}
+        for connection in attached.values():
+            here = connection.item1 == name
+            position = connection.position1 if here else connection.position2
+            assert position is not None
+            interface = (
+                body.interface(chosen[connection.name])
+                if connection.name in chosen
+                else _nearest_interface(body, position)
+            )
+            end = f"{name}.{interface}"
+            changed[connection.name] = _with_end(connection, 1 if here else 2, end)
+        _warn_zeta(body.zeta, f"flexible body {name!r}")
+        self._items[name] = body
+        self._connections.update(changed)
+        return body
+
+    def _replace_connection(
+        self, old: Connection, reduced: ReducedBody, zeta: float | None, chosen: Mapping[str, str]
+    ) -> FlexibleBody:
+        what = f"replace_with_flexible {old.name!r}"
+        body = FlexibleBody.of(old.name, reduced, old.zeta if zeta is None else zeta)
+        ends = {old.item1: old.position1, old.item2: old.position2}
+        _require_known(chosen, ends, f"{what}: item")
+        taken: dict[str, str] = {}
+        for item, position in ends.items():
+            assert position is not None
+            taken[item] = (
+                body.interface(chosen[item]) if item in chosen else _nearest_interface(body, position)
+            )
+        if len(set(taken.values())) < 2:
+            both = " and ".join(repr(item) for item in taken)
+            raise ModelError(
+                f"{what}: {both} would both hold on to interface {taken[old.item1]!r}; tell them apart with "
+                f"interfaces={{{old.item1!r}: ..., {old.item2!r}: ...}}, known: "
+                f"{', '.join(map(repr, reduced.interfaces))}."
+            )
+        ties = {}
+        for item, interface in taken.items():
+            tie = f"{old.name}-{interface}"
+            self._require_new(tie)
+            frame = reduced.interfaces[interface].position
+            at = (float(frame[0]), float(frame[1]), float(frame[2]))
+            ties[tie] = Connection(tie, item, f"{old.name}.{interface}", at, at, stiffness=RIGID)
+        _warn_zeta(body.zeta, f"flexible body {old.name!r}")
+        del self._connections[old.name]
+        self._items[old.name] = body
+        self._connections.update(ties)
+        return body
+
+
+def _body(address: str) -> str:
+    return address.split(".", 1)[0]
+
+
+def _nearest_interface(body: FlexibleBody, position: Point) -> str:
+    frames = body.reduced.interfaces
+    return min(frames, key=lambda name: float(np.linalg.norm(np.array(frames[name].position) - position)))
+
+
+def _require_known(chosen: Mapping[str, str], known: Mapping[str, object], what: str) -> None:
+    for name in chosen:
+        if name not in known:
+            raise UnknownNameError(f"{what} {name!r} is not there. {nearest(name, known)}")
+
+
+def _with_end(connection: Connection, end: int, address: str) -> Connection:
+    return replace(connection, item1=address) if end == 1 else replace(connection, item2=address)
+
+
+def _warn_zeta(zeta: float, what: str) -> None:
+    if zeta > HIGH_ZETA:
+        warnings.warn(
+            f"{what}: zeta = {zeta:g} means {100 * zeta:.0f} % of critical damping; ratios above {HIGH_ZETA:g} are beyond "
+            "what modal damping describes. Was a percentage meant?",
+            ModelWarning,
+            stacklevel=4,
+        )

@@ -1,0 +1,147 @@
+"""Undamped modes of a linear system, and which part of the machine makes each of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import scipy.linalg
+
+from ibsdyn.assembly import Assembly
+from ibsdyn.axes import Array
+from ibsdyn.errors import AnalysisError
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from mpl_toolkits.mplot3d import Axes3D
+
+# A mode whose strain energy is this small a part of what its motion would strain if nothing cancelled is rigid.
+RIGID_ENERGY = {"small-deflection": 1e-12, "floating-frame": 1e-6}
+
+
+@dataclass(frozen=True, eq=False)
+class Modes:
+    """Modes in the order of their frequency, rigid-body modes first at 0 Hz.
+
+    Attributes
+    ----------
+    frequencies : (n_modes,) undamped natural frequencies [Hz].
+    damping_ratios : (n_modes,) phi^T C phi / (2 omega), rigid-body modes 0 [-].
+    shapes : (n, n_modes) over ``coordinates``, unit modal mass, translations [m], rotations [rad].
+    coordinates : n names.
+    strain_energy : share of each connection and flexible body in the mode's strain energy, (n_modes,) each;
+        zero for rigid-body modes.
+    kinetic_energy : share of each body in the mode's kinetic energy, (n_modes,) each.
+    rigid : (n_modes,) which of them strain nothing.
+    """
+
+    frequencies: Array
+    damping_ratios: Array
+    shapes: Array
+    coordinates: tuple[str, ...]
+    strain_energy: Mapping[str, Array]
+    kinetic_energy: Mapping[str, Array]
+    rigid: np.ndarray
+    _assembly: Assembly
+    _full_shapes: Array
+
+    def __len__(self) -> int:
+        """Return the number of modes."""
+        return len(self.frequencies)
+
+    def __str__(self) -> str:
+        """Return a table: frequency, damping ratio, what strains and what moves."""
+        lines = ["mode  frequency [Hz]  zeta [%]  strain energy in                  kinetic energy of"]
+        for r in range(min(len(self), 30)):
+            strain = "rigid-body motion" if self.rigid[r] else _leading(self.strain_energy, r)
+            lines.append(
+                f"{r + 1:4d}  {self.frequencies[r]:14.4g}  {100 * self.damping_ratios[r]:8.3g}  {strain:32s}  "
+                f"{_leading(self.kinetic_energy, r)}"
+            )
+        if len(self) > 30:
+            lines.append(f"      ... {len(self) - 30} more, up to {self.frequencies[-1]:.4g} Hz")
+        return "\n".join(lines)
+
+    def plot(self, modes: int = 10, axes: Axes | None = None) -> Axes:
+        """Draw the shares of strain energy of the first elastic modes as stacked bars.
+
+        Parameters
+        ----------
+        modes : how many.
+        axes : where to draw; a new figure if None.
+
+        Returns
+        -------
+        The matplotlib Axes drawn on.
+        """
+        from ibsdyn.plotting.energy import plot_strain_energy
+
+        return plot_strain_energy(self, modes, axes)
+
+    def plot_shape(self, mode: int, axes: Axes3D | None = None, scale: float | None = None) -> Axes3D:
+        """Draw one mode as a stick model, undeformed in grey.
+
+        Parameters
+        ----------
+        mode : its number, from 1.
+        axes : a 3-D Axes to draw on; a new figure if None.
+        scale : factor on the unit-mass shape [m]; by default the largest motion is 15 % of the model's size.
+
+        Returns
+        -------
+        The matplotlib 3-D Axes drawn on.
+
+        Raises
+        ------
+        AnalysisError : no such mode, or a 1-D model, which has no shape in space.
+        """
+        from ibsdyn.plotting.mode_shape import plot_mode_shape
+
+        if not 1 <= mode <= len(self):
+            raise AnalysisError(f"mode {mode} does not exist; the model has modes 1 to {len(self)}.")
+        if self._assembly.axis is not None:
+            raise AnalysisError(f"a 1-D model along {self._assembly.axis} has no shape in space to draw.")
+        return plot_mode_shape(self, mode, axes, scale)
+
+
+def undamped_modes(M: Array, K: Array, rigid_energy: float) -> tuple[Array, Array, np.ndarray]:
+    """Solve K phi = omega² M phi with unit modal masses.
+
+    Parameters
+    ----------
+    M, K : (n, n) symmetric.
+    rigid_energy : share of strain energy below which a mode counts as rigid.
+
+    Returns
+    -------
+    omega (n,) [rad/s] with exact zeros for rigid-body modes, shapes (n, n), rigid (n,) of bool.
+
+    Raises
+    ------
+    AnalysisError : M is not positive definite, or K is indefinite.
+    """
+    try:
+        eigenvalues, shapes = scipy.linalg.eigh(K, M)
+    except np.linalg.LinAlgError as error:
+        raise AnalysisError(
+            "the mass matrix is not positive definite: some coordinate has no mass or inertia."
+        ) from error
+    strained = np.einsum("ir,ij,jr->r", np.abs(shapes), np.abs(K), np.abs(shapes), optimize=True)
+    rigid = np.abs(eigenvalues) <= rigid_energy * strained
+    if (eigenvalues[~rigid] < 0).any():
+        worst = float(eigenvalues[~rigid].min())
+        raise AnalysisError(f"the stiffness matrix is indefinite (omega² = {worst:.3g} rad²/s²): a part is unstable.")
+    omega = np.sqrt(np.where(rigid, 0.0, eigenvalues))
+    order = np.argsort(omega, kind="stable")
+    shapes = shapes[:, order]
+    # The sign of an eigenvector is arbitrary; the largest coordinate is made positive so that runs agree.
+    largest = np.abs(shapes).argmax(axis=0)
+    shapes = shapes * np.where(shapes[largest, np.arange(shapes.shape[1])] < 0, -1.0, 1.0)
+    return omega[order], shapes, rigid[order]
+
+
+def _leading(shares: Mapping[str, Array], mode: int) -> str:
+    ranked = sorted(((float(share[mode]), name) for name, share in shares.items()), reverse=True)
+    return ", ".join(f"{name} {100 * share:.0f} %" for share, name in ranked[:3] if share >= 0.005)

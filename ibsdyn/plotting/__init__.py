@@ -1,0 +1,1 @@
+"""How each result looks; matplotlib is imported only when something is drawn."""

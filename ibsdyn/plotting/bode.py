@@ -1,0 +1,71 @@
+"""Magnitude and phase over frequency."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from ibsdyn.frequency_response import FrequencyResponse
+
+
+def plot_bode(
+    frf: FrequencyResponse, axes: Sequence[Axes] | np.ndarray | None, label: str | None
+) -> np.ndarray:
+    """Draw every response of ``frf``; see ``FrequencyResponse.plot``.
+
+    Raises
+    ------
+    ValueError : ``axes`` has not the shape (2 n_out, n_in) of these responses.
+    """
+    n_out, n_in = len(frf.outputs), len(frf.inputs)
+    grid = _new_axes(n_out, n_in) if axes is None else np.asarray(axes, dtype=object)
+    if grid.shape != (2 * n_out, n_in):
+        raise ValueError(
+            f"axes has the shape {grid.shape}; {n_out} outputs and {n_in} inputs need {(2 * n_out, n_in)}, as an "
+            "earlier plot() of as many returned it."
+        )
+    for o in range(n_out):
+        for i in range(n_in):
+            magnitude, phase = grid[2 * o, i], grid[2 * o + 1, i]
+            magnitude.loglog(frf.frequencies, frf.magnitude[o, i], label=label)
+            phase.semilogx(frf.frequencies, _drawn_phase(frf.phase[o, i]), label=label)
+            magnitude.set_ylabel(f"magnitude [{frf.unit(o, i)}]")
+            magnitude.set_title(f"{frf.inputs[i]} → {frf.outputs[o]}", fontsize="medium")
+            phase.set_ylabel("phase [°]")
+            phase.set_ylim(-190, 190)
+            phase.set_yticks([-180, -90, 0, 90, 180])
+            phase.set_xlabel("frequency [Hz]")
+            for panel in (magnitude, phase):
+                panel.grid(True, which="both", alpha=0.25, linewidth=0.5)
+                panel.set_xlim(frf.frequencies[frf.frequencies > 0].min(initial=np.inf), frf.frequencies.max())
+            if label is not None:
+                magnitude.legend(loc="best", fontsize="small")
+    return grid
+
+
+def _new_axes(n_out: int, n_in: int) -> np.ndarray:
+    import matplotlib.pyplot as plt
+
+    figure, grid = plt.subplots(
+        2 * n_out,
+        n_in,
+        sharex=True,
+        squeeze=False,
+        figsize=(4.5 + 3.5 * n_in, 1.2 + 4.2 * n_out),
+        height_ratios=[2, 1] * n_out,
+        layout="constrained",
+    )
+    figure.align_ylabels()
+    return np.asarray(grid, dtype=object)
+
+
+def _drawn_phase(degrees: np.ndarray) -> np.ndarray:
+    """Put -180 and +180 on one side within rounding and break the line where the phase wraps."""
+    drawn = np.where(degrees > 179.99, -180.0, degrees)
+    jumps = np.abs(np.diff(drawn, prepend=drawn[:1])) > 180
+    return np.where(jumps, np.nan, drawn)

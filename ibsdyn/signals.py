@@ -1,0 +1,348 @@
+"""Inputs and outputs of a model: forces, torques, motions of fixations, sensors."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ibsdyn.assembly import Assembly
+from ibsdyn.axes import DIRECTIONS, Array, is_rotation
+from ibsdyn.components import Fixation, Point
+from ibsdyn.errors import ModelError, known_keywords, nearest
+from ibsdyn.validation import numbers_of, point
+
+QUANTITIES = ("displacement", "velocity", "acceleration")
+_PER_TIME = ("", "/s", "/s²")
+
+Direction = str | Sequence[float]
+
+
+@dataclass(frozen=True, init=False)
+class _Signal:
+    item: str
+    direction: str | Point
+    name: str
+
+    @property
+    def unit(self) -> str:
+        """Its unit."""
+        raise NotImplementedError
+
+    @property
+    def is_rotation(self) -> bool:
+        """Whether it turns rather than moves."""
+        return isinstance(self.direction, str) and is_rotation(self.direction)
+
+    def _where(self) -> str:
+        if isinstance(self.direction, str):
+            return f"{self.item}.{self.direction}"
+        return f"{self.item}.({', '.join(f'{v:.3g}' for v in self.direction)})"
+
+
+@dataclass(frozen=True, init=False)
+class Force(_Signal):
+    """A force on a body.
+
+    Parameters
+    ----------
+    item : a body or an interface; on a flexible body's own name it acts on all of its mass, as gravity does.
+    direction : "x", "y", "z" or a 3-vector (its length does not matter).
+    position : (3,) point of attack [m]; the CoG or the interface's frame if None.
+    name : how results call it.
+
+    Raises
+    ------
+    ModelError : an unknown or zero direction, a wrong position, a name that is none.
+    """
+
+    position: Point | None
+
+    @known_keywords
+    def __init__(
+        self, item: str, direction: Direction, position: Sequence[float] | None = None, name: str | None = None
+    ) -> None:
+        what = f"Force on {item!r}"
+        _set(self, "item", _item(item, what))
+        _set(self, "direction", _direction(direction, what, ("x", "y", "z"), "Torque(...) for rx, ry, rz"))
+        _set(self, "position", None if position is None else point(position, f"{what}: position"))
+        _set(self, "name", _name(name, f"force {self._where()}"))
+
+    @property
+    def unit(self) -> str:
+        """N."""
+        return "N"
+
+
+@dataclass(frozen=True, init=False)
+class Torque(_Signal):
+    """A torque on a body.
+
+    Parameters
+    ----------
+    item : a body or an interface.
+    direction : "rx", "ry" or "rz".
+    name : how results call it.
+
+    Raises
+    ------
+    ModelError : an unknown direction or a name that is none.
+    """
+
+    @known_keywords
+    def __init__(self, item: str, direction: str, name: str | None = None) -> None:
+        what = f"Torque on {item!r}"
+        _set(self, "item", _item(item, what))
+        if not isinstance(direction, str):
+            raise ModelError(f"{what}: direction must be 'rx', 'ry' or 'rz', got {direction!r}.")
+        _set(self, "direction", _direction(direction, what, ("rx", "ry", "rz"), "Force(...) for x, y, z"))
+        _set(self, "name", _name(name, f"torque {self._where()}"))
+
+    @property
+    def unit(self) -> str:
+        """N·m."""
+        return "N·m"
+
+
+@dataclass(frozen=True, init=False)
+class BaseMotion(_Signal):
+    """The prescribed motion of a fixation; rotations turn about its position.
+
+    Parameters
+    ----------
+    item : a fixation.
+    direction : "x" ... "rz", or a 3-vector for a translation.
+    quantity : "displacement", "velocity" or "acceleration".
+    name : how results call it.
+
+    Raises
+    ------
+    ModelError : an unknown direction or quantity, or a name that is none.
+    """
+
+    quantity: str
+
+    @known_keywords
+    def __init__(
+        self, item: str, direction: Direction, quantity: str = "acceleration", name: str | None = None
+    ) -> None:
+        what = f"BaseMotion of {item!r}"
+        _set(self, "item", _item(item, what))
+        _set(self, "direction", _direction(direction, what, DIRECTIONS, ""))
+        _set(self, "quantity", _quantity(quantity, what))
+        _set(self, "name", _name(name, f"{self._where()} {self.quantity}"))
+
+    @property
+    def unit(self) -> str:
+        """m, m/s, m/s² or the same of rad."""
+        return _motion_unit(self)
+
+    @property
+    def order(self) -> int:
+        """How many times the displacement is differentiated."""
+        return QUANTITIES.index(self.quantity)
+
+
+@dataclass(frozen=True, init=False)
+class Sensor(_Signal):
+    """What is measured: the motion of a point of an item along a direction.
+
+    Parameters
+    ----------
+    item : a body, a fixation or an interface; a flexible body's own name stands for its mean motion.
+    direction : "x" ... "rz", or a 3-vector (its length does not matter).
+    position : (3,) the point [m]; the CoG or the frame if None.
+    quantity : "displacement", "velocity" or "acceleration".
+    name : how results call it.
+    relative_to : another item; then its motion at the same point is subtracted.
+
+    Raises
+    ------
+    ModelError : an unknown direction or quantity, a wrong position, a name that is none.
+    """
+
+    position: Point | None
+    quantity: str
+    relative_to: str | None
+
+    @known_keywords
+    def __init__(
+        self,
+        item: str,
+        direction: Direction,
+        position: Sequence[float] | None = None,
+        quantity: str = "acceleration",
+        name: str | None = None,
+        relative_to: str | None = None,
+    ) -> None:
+        what = f"Sensor on {item!r}"
+        _set(self, "item", _item(item, what))
+        _set(self, "direction", _direction(direction, what, DIRECTIONS, ""))
+        _set(self, "position", None if position is None else point(position, f"{what}: position"))
+        _set(self, "quantity", _quantity(quantity, what))
+        _set(self, "relative_to", None if relative_to is None else _item(relative_to, f"{what}: relative_to"))
+        relative = f" relative to {relative_to}" if relative_to is not None else ""
+        _set(self, "name", _name(name, f"{self._where()} {self.quantity}{relative}"))
+
+    @property
+    def unit(self) -> str:
+        """m, m/s, m/s² or the same of rad."""
+        return _motion_unit(self)
+
+    @property
+    def order(self) -> int:
+        """How many times the displacement is differentiated."""
+        return QUANTITIES.index(self.quantity)
+
+
+Input = Force | Torque | BaseMotion
+
+
+def load_column(signal: Force | Torque, assembly: Assembly) -> Array:
+    """Return the (N,) generalised forces of a unit force or torque.
+
+    Raises
+    ------
+    UnknownNameError : the item is not in the model.
+    ModelError : it acts on a fixation, or off the axis of a 1-D model.
+    """
+    what = signal.name
+    assembly.address(signal.item, what)
+    if isinstance(assembly.items.get(signal.item), Fixation):
+        raise ModelError(f"{what}: {signal.item!r} is a fixation, which no force moves; use BaseMotion.")
+    position = signal.position if isinstance(signal, Force) else None
+    row: Array = _row(signal, assembly) @ assembly.motion(signal.item, position)
+    return row
+
+
+def base_column(signal: BaseMotion, assembly: Assembly) -> Array:
+    """Return the (n_base,) displacements of the fixations' coordinates for a unit motion.
+
+    Raises
+    ------
+    UnknownNameError : the item is not in the model.
+    ModelError : it is not a fixation, or moves off the axis of a 1-D model.
+    """
+    what = signal.name
+    assembly.address(signal.item, what)
+    if not isinstance(assembly.items.get(signal.item), Fixation):
+        known = [f.name for f in assembly.fixations]
+        raise ModelError(f"{what}: {signal.item!r} is not a fixation. {nearest(signal.item, known)}")
+    column: Array = (_row(signal, assembly) @ assembly.motion(signal.item))[assembly.is_base]
+    return column
+
+
+def sensor_row(sensor: Sensor, assembly: Assembly) -> Array:
+    """Return the (N,) row that gives a sensor's displacement.
+
+    Raises
+    ------
+    UnknownNameError : an item is not in the model.
+    ModelError : it looks off the axis of a 1-D model.
+    """
+    what = sensor.name
+    assembly.address(sensor.item, what)
+    direction = _row(sensor, assembly)
+    row: Array = direction @ assembly.motion(sensor.item, sensor.position)
+    if sensor.relative_to is not None:
+        assembly.address(sensor.relative_to, f"{what}: relative_to")
+        at = sensor.position if sensor.position is not None else assembly.frames[sensor.item]
+        row = row - direction @ assembly.motion(sensor.relative_to, at)
+    return row
+
+
+def checked_inputs(inputs: object) -> tuple[Input, ...]:
+    """Return inputs as a tuple; a single one is taken as a list of one.
+
+    Raises
+    ------
+    ModelError : empty, or something that is no input.
+    """
+    listed = _listed(inputs)
+    for item in listed:
+        if not isinstance(item, (Force, Torque, BaseMotion)):
+            raise ModelError(f"inputs must be Force, Torque or BaseMotion, got {item!r}.")
+    if not listed:
+        raise ModelError("inputs are empty; give at least one Force, Torque or BaseMotion.")
+    return tuple(item for item in listed if isinstance(item, (Force, Torque, BaseMotion)))
+
+
+def checked_outputs(outputs: object) -> tuple[Sensor, ...]:
+    """Return outputs as a tuple; a single one is taken as a list of one.
+
+    Raises
+    ------
+    ModelError : empty, or something that is no Sensor.
+    """
+    listed = _listed(outputs)
+    for item in listed:
+        if not isinstance(item, Sensor):
+            raise ModelError(f"outputs must be Sensor, got {item!r}.")
+    if not listed:
+        raise ModelError("outputs are empty; give at least one Sensor.")
+    return tuple(item for item in listed if isinstance(item, Sensor))
+
+
+def _listed(value: object) -> list[object]:
+    return list(value) if isinstance(value, (list, tuple)) else [value]
+
+
+def _row(signal: _Signal, assembly: Assembly) -> Array:
+    row = np.zeros(6)
+    if isinstance(signal.direction, str):
+        if assembly.axis is not None and signal.direction != assembly.axis:
+            raise ModelError(
+                f"{signal.name}: the model is 1-D along {assembly.axis}; {signal.direction!r} does not exist in it."
+            )
+        row[DIRECTIONS.index(signal.direction)] = 1.0
+    elif assembly.axis is not None:
+        raise ModelError(f"{signal.name}: the model is 1-D along {assembly.axis}; give that as direction.")
+    else:
+        row[:3] = signal.direction
+    if assembly.axis is not None and getattr(signal, "position", None) is not None:
+        raise ModelError(f"{signal.name}: a 1-D model has no positions.")
+    return row
+
+
+def _set(target: _Signal, field: str, value: object) -> None:
+    object.__setattr__(target, field, value)  # frozen: this is its constructor
+
+
+def _item(value: object, what: str) -> str:
+    if not isinstance(value, str) or not value:
+        raise ModelError(f"{what}: the item must be a name, as 'mirror' or 'flexure.tip', got {value!r}.")
+    return value
+
+
+def _direction(value: Direction, what: str, known: tuple[str, ...], hint: str) -> str | Point:
+    if isinstance(value, str):
+        if value not in known:
+            hint = f" Use {hint}." if hint and value in DIRECTIONS else ""
+            raise ModelError(f"{what}: direction {value!r} is not known. {nearest(value, known)}{hint}")
+        return value
+    vector = np.array(numbers_of(value, 3, f"{what}: direction", "x, y, z"))
+    length = float(np.linalg.norm(vector))
+    if not np.isfinite(length) or length == 0.0:
+        raise ModelError(f"{what}: direction must be a finite vector that is not zero, got {value!r}.")
+    x, y, z = (float(v) for v in vector / length)
+    return x, y, z
+
+
+def _quantity(value: object, what: str) -> str:
+    if value not in QUANTITIES or not isinstance(value, str):
+        raise ModelError(f"{what}: quantity {value!r} is not known. {nearest(str(value), QUANTITIES)}")
+    return value
+
+
+def _name(value: object, default: str) -> str:
+    if value is None:
+        return default
+    if not isinstance(value, str) or not value.strip():
+        raise ModelError(f"{default}: name must be a non-empty text, got {value!r}.")
+    return value
+
+
+def _motion_unit(signal: BaseMotion | Sensor) -> str:
+    return ("rad" if signal.is_rotation else "m") + _PER_TIME[signal.order]
+

@@ -1,0 +1,127 @@
+"""Numbers and names as users type them, turned into what the model keeps, or refused in words."""
+
+from __future__ import annotations
+
+import math
+import numbers
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ibsdyn.axes import Array
+from ibsdyn.errors import ModelError
+
+# Axes typed with four digits (0.7071) miss orthonormality by 2e-5; a mistyped one misses by far more.
+AXES_TOLERANCE = 1e-4
+
+
+def valid_name(name: object, what: str) -> str:
+    """Return a component's name.
+
+    Raises
+    ------
+    ModelError : not a string, empty, or with a dot (a dot separates body and interface) or outer blanks.
+    """
+    if not isinstance(name, str) or not name.strip():
+        raise ModelError(f"{what}: the name must be a non-empty text, got {name!r}.")
+    if "." in name or name != name.strip():
+        raise ModelError(
+            f"{what} {name!r}: a name has no dot and no blanks at its ends; "
+            "the dot separates a flexible body from its interface, as in 'flexure.tip'."
+        )
+    return name
+
+
+def number(
+    value: object, what: str, unit: str, *, minimum: float = -math.inf, above: float = -math.inf
+) -> float:
+    """Return one finite real number within its bounds.
+
+    Raises
+    ------
+    ModelError : not a number, not finite, or below ``minimum`` or not above ``above``.
+    """
+    if isinstance(value, np.ndarray) and value.ndim == 0:
+        value = value.item()
+    if isinstance(value, bool) or not isinstance(value, numbers.Real):
+        raise ModelError(f"{what} must be one number [{unit}], got {value!r}.")
+    result = float(value)
+    if not math.isfinite(result):
+        raise ModelError(f"{what} must be finite [{unit}], got {result}.")
+    if result < minimum:
+        raise ModelError(f"{what} must not be below {minimum:g} {unit}, got {result:g}.")
+    if result <= above:
+        raise ModelError(f"{what} must be above {above:g} {unit}, got {result:g}.")
+    return result
+
+
+def numbers_of(value: object, count: int, what: str, names: str) -> tuple[float, ...]:
+    """Return ``count`` real numbers (NaN refused, infinities left to the caller).
+
+    Raises
+    ------
+    ModelError : not a sequence of ``count`` numbers, or one of them is NaN.
+    """
+    items: list[Any]
+    try:
+        items = list(value)  # type: ignore[call-overload]  # whatever the user gave; the except answers it
+    except TypeError:
+        items = []
+    if len(items) != count or isinstance(value, (str, bytes, dict)):
+        raise ModelError(f"{what} must be {count} numbers ({names}), got {value!r}.")
+    result = []
+    for item in items:
+        if isinstance(item, bool) or not isinstance(item, numbers.Real) or math.isnan(float(item)):
+            raise ModelError(f"{what} must be {count} numbers ({names}), got {item!r} among {value!r}.")
+        result.append(float(item))
+    return tuple(result)
+
+
+def point(value: object, what: str) -> tuple[float, float, float]:
+    """Return a position in global axes [m].
+
+    Raises
+    ------
+    ModelError : not three finite numbers.
+    """
+    x, y, z = numbers_of(value, 3, what, "x, y, z [m]")
+    if not all(math.isfinite(v) for v in (x, y, z)):
+        raise ModelError(f"{what} must be finite [m], got {(x, y, z)}.")
+    return x, y, z
+
+
+def rotation_matrix(value: object, what: str) -> tuple[tuple[float, float, float], ...]:
+    """Return a 3x3 rotation, made exactly orthonormal where it was typed with few digits.
+
+    Raises
+    ------
+    ModelError : not 3x3, not finite, columns not orthonormal within 1e-4, or left-handed.
+    """
+    try:
+        matrix = np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        matrix = np.empty(0)
+    if matrix.shape != (3, 3) or not np.isfinite(matrix).all():
+        raise ModelError(f"{what} must be a 3x3 rotation whose columns are the local axes, got {value!r}.")
+    error = float(np.abs(matrix.T @ matrix - np.eye(3)).max())
+    if error > AXES_TOLERANCE:
+        raise ModelError(
+            f"{what} must have orthogonal columns of length 1; axes^T axes misses the identity by {error:.2g} "
+            f"in {matrix.tolist()}."
+        )
+    if np.linalg.det(matrix) < 0:
+        raise ModelError(f"{what} must be right-handed (x cross y = z); swap or flip one column of it.")
+    left, _, right = np.linalg.svd(matrix)
+    return as_rows(left @ right)
+
+
+def as_rows(matrix: Array) -> tuple[tuple[float, float, float], ...]:
+    """Return a (3, 3) array as a hashable tuple of rows."""
+    return tuple((float(a), float(b), float(c)) for a, b, c in matrix)
+
+
+def in_words(names: Sequence[str]) -> str:
+    """Return ``a, b and c``."""
+    listed = list(names)
+    return listed[0] if len(listed) == 1 else ", ".join(listed[:-1]) + " and " + listed[-1]
