@@ -47,7 +47,7 @@ class RandomAssembly:
         if fixed:
             pairs += [(count, 0), (count, count // 2)]
         self.springs = []
-        for n, (i, j) in enumerate(pairs):
+        for n, (i, j) in enumerate((i, j) for i, j in pairs if i != j):
             p1 = rng.normal(size=3) * 0.3
             self.springs.append(
                 {
