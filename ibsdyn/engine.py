@@ -78,7 +78,7 @@ def linearized_matrices(assembly: Assembly, flexible: FlexibleMapping = "small-d
     with _silent():
         try:
             raw, to_raw = _exudyn_matrices(assembly, flexible)
-        except RuntimeError as error:
+        except (exu.ExudynError, RuntimeError) as error:
             raise EngineError(f"Exudyn refused the model: {error}") from error
     M, K, C = (to_raw.T @ matrix @ to_raw for matrix in raw)
     limit = ASYMMETRY_LIMIT[flexible]
@@ -212,6 +212,8 @@ class _Builder:
 
     def _add_floating_frame(self, body: FlexibleBody) -> None:
         frame = FloatingFrame(body)
+        for interface, at in body.reduced.interfaces.items():
+            frame.add_cross(interface, np.array(at.position, dtype=float))
         for joint in self.assembly.joints:
             for end in (joint.connection.item1, joint.connection.item2):
                 if "." in end and end.split(".", 1)[0] == body.name:

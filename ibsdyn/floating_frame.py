@@ -64,11 +64,12 @@ class FloatingFrame:
         integrals = self.body.reduced.inertia_integrals
         assert integrals is not None
         mass, o = integrals.mass, self.origin
-        p = integrals.p[:, self.kept]
-        first = integrals.P[:, :, self.kept] - o[:, None, None] * p[None, :, :]
-        second = integrals.S[np.ix_(range(3), range(3), self.kept, self.kept)]
-        moment = integrals.s0 - mass * o
-        spread = integrals.S1 - np.outer(o, integrals.s0) - np.outer(integrals.s0, o) + mass * np.outer(o, o)
+        p = integrals.translation[:, self.kept]
+        first = integrals.rotation[:, :, self.kept] - o[:, None, None] * p[None, :, :]
+        second = integrals.flexible[np.ix_(range(3), range(3), self.kept, self.kept)]
+        moment = integrals.first_moment - mass * o
+        about = integrals.first_moment
+        spread = integrals.second_moment - np.outer(o, about) - np.outer(about, o) + mass * np.outer(o, o)
         count = len(self.kept)
         eye = np.eye(3)
         self.mass = mass

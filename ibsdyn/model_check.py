@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import scipy.linalg
+from numpy.typing import ArrayLike
 
-from ibsdyn.assembly import Assembly
+from ibsdyn.assembly import Assembly, reference_point
 from ibsdyn.axes import DIRECTIONS, INERTIA_NAMES, Array
 from ibsdyn.components import Connection, Fixation, FlexibleBody, Inertia1D, Item, RigidBody
 from ibsdyn.errors import ModelError
@@ -152,13 +153,18 @@ def _screw_words(motion: Array, centre: Array) -> str:
     shift, turn = motion[:3], motion[3:]
     rate = float(np.linalg.norm(turn))
     if rate < 1e-6 * float(np.linalg.norm(shift)):
-        return f"to move along {_vector(shift / np.linalg.norm(shift))}"
+        return f"to move along {_vector(_unit(shift))}"
     through = centre + np.cross(turn, shift) / rate**2
-    unit = turn / rate
-    unit = unit * np.sign(unit[np.abs(unit).argmax()])
+    unit = _unit(turn)
     named = [d for d, e in zip("xyz", np.eye(3), strict=True) if np.abs(unit - e).max() < 1e-6]
     line = named[0] if named else f"an axis along {_vector(unit)}"
     return f"to rotate about {line} through {_vector(through)} m"
+
+
+def _unit(v: Array) -> Array:
+    """Return the direction of a line: length 1, its largest component positive."""
+    direction: Array = v / (np.linalg.norm(v) * np.sign(v[np.abs(v).argmax()]))
+    return direction
 
 
 def _vector(v: Array) -> str:
@@ -204,10 +210,10 @@ def _units(items: Mapping[str, Item], connections: Mapping[str, Connection]) -> 
         if isinstance(item, FlexibleBody):
             positions = [frame.position for frame in item.reduced.interfaces.values()]
         else:
-            positions = [item.cog if isinstance(item, RigidBody) else item.position] if not isinstance(item, Inertia1D) else []
-        found += _far(item.name, [p for p in positions])
+            positions = [] if isinstance(item, Inertia1D) else [reference_point(item)]
+        found += _far(item.name, positions)
     for connection in connections.values():
-        found += _far(connection.name, [p for p in (connection.position1, connection.position2) if p])
+        found += _far(connection.name, [p for p in (connection.position1, connection.position2) if p is not None])
         found += _arm(connection)
     return found
 
@@ -226,7 +232,7 @@ def _body_units(body: RigidBody) -> list[str]:
     return found
 
 
-def _far(name: str, positions: list[object]) -> list[str]:
+def _far(name: str, positions: Sequence[ArrayLike]) -> list[str]:
     worst = max((float(np.abs(np.asarray(p, dtype=float)).max()) for p in positions), default=0.0)
     if worst <= FARTHEST_POSITION:
         return []

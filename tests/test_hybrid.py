@@ -1,0 +1,305 @@
+"""Flexible bodies in a model: against the unreduced FE assembly, and in both of Exudyn's forms."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+import scipy.sparse.linalg
+from analytic import lever
+
+import fem_import as fi
+import ibsdyn as ibs
+
+FLEXURE = Path(__file__).parents[1] / "examples" / "mirror_flexure" / "flexure.inp"
+INERTIA = (1.5e-4, 1.2e-4, 1.0e-4, 1e-5, 0, 2e-5)
+TENSOR = np.array([[1.5e-4, 1e-5, 0], [1e-5, 1.2e-4, 2e-5], [0, 2e-5, 1.0e-4]])
+MOUNT = (2e8, 3e8, 2e8, 1e5, 2e5, 1e5)
+GLUE = (1e8, 2e8, 1e8, 2e4, 1e4, 3e4)
+CUT_OFF = 7000.0
+
+
+@pytest.fixture(scope="module")
+def part():
+    return fi.read_calculix(FLEXURE)
+
+
+@pytest.fixture(scope="module", params=["rigid", "average"])
+def tied(request, part):
+    return request.param, fi.reduce(part, {"base": "BASE", "tip": "TIP"}, max_frequency=CUT_OFF, tie=request.param)
+
+
+@pytest.fixture(scope="module")
+def reduced(part):
+    return fi.reduce(part, {"base": "BASE", "tip": "TIP"}, max_frequency=CUT_OFF)
+
+
+def hybrid(body, **options):
+    """Base on a mount whose elastic centre is off the interface frame, mirror on glue that is off it too."""
+    base, tip = (np.array(body.interfaces[i].position) for i in ("base", "tip"))
+    model = ibs.Model("hybrid")
+    model.fixation("platform", position=(0, 0, 0))
+    model.flexible_body("flexure", body, zeta=0.005)
+    model.rigid_body("mirror", mass=0.3, cog=tip + [0.01, 0.005, 0.0], inertia=INERTIA)
+    model.connection("mount", "platform", "flexure.base", position1=base - [0, 0.01, 0], stiffness=MOUNT, zeta=0.01)
+    model.connection("glue", "flexure.tip", "mirror", position2=tip + [0.004, 0.0, 0.002], stiffness=GLUE, zeta=0.02)
+    return model
+
+
+def full_assembly(part, body, tie):
+    """The same machine with every node of the FE mesh: M, K over [FE, mirror], K to the base's six."""
+    base, tip = (np.array(body.interfaces[i].position) for i in ("base", "tip"))
+    n = len(part.dofs)
+
+    def frame(nodes, position):
+        """(6, n) frame motion by least squares over the nodes: exact for a rigid set, the mean for an averaged."""
+        nodes = np.asarray(nodes)
+        place = {int(label): i for i, label in enumerate(part.node_ids)}
+        row = {(int(a), int(d)): i for i, (a, d) in enumerate(part.dofs)}
+        rows, levers = [], []
+        for label in nodes:
+            rows += [row[int(label), d] for d in (1, 2, 3)]
+            levers.append(lever(part.positions[place[int(label)]] - position)[:3])
+        return np.array(rows), np.vstack(levers)
+
+    K, M = sp.lil_array((n + 12, n + 12)), sp.block_diag([part.M, sp.csr_array((12, 12))]).tocsr()
+    K = sp.block_diag([part.K, sp.csr_array((12, 12))]).tocsr()
+    mirror = np.zeros((6, 6))
+    mirror[:3, :3], mirror[3:, 3:] = 0.3 * np.eye(3), TENSOR
+    M = M + sp.block_diag([sp.csr_array((n, n)), mirror, sp.csr_array((6, 6))]).tocsr()
+    rows_base, levers_base = frame(part.node_sets["BASE"], base)
+    rows_tip, levers_tip = frame(part.node_sets["TIP"], tip)
+
+    def motion(rows, levers, position, point):
+        average = np.linalg.solve(levers.T @ levers, levers.T)
+        full = sp.coo_array(
+            (average.ravel(), (np.repeat(np.arange(6), len(rows)), np.tile(rows, 6))), shape=(6, n + 12)
+        )
+        return sp.csr_array(lever(point - position)) @ full.tocsr()
+
+    def place(six, offset):
+        return sp.csr_array((six.ravel(), (np.repeat(np.arange(6), 6), np.tile(np.arange(6), 6) + offset)), shape=(6, n + 12))
+
+    e_mount, e_glue = base - [0, 0.005, 0], tip + [0.002, 0, 0.001]
+    mount = motion(rows_base, levers_base, base, e_mount) - place(lever(e_mount), n + 6)
+    glue = place(lever(e_glue - (tip + [0.01, 0.005, 0.0])), n) - motion(rows_tip, levers_tip, tip, e_glue)
+    K = K + mount.T @ sp.diags_array(MOUNT) @ mount + glue.T @ sp.diags_array(GLUE) @ glue
+    if tie == "rigid":
+        keep = np.setdiff1d(np.arange(n), np.r_[rows_base, rows_tip])
+        T = sp.lil_array((n + 12, len(keep) + 24))
+        T[keep, np.arange(len(keep))] = 1.0
+        T[rows_base, len(keep) : len(keep) + 6] = levers_base
+        T[rows_tip, len(keep) + 6 : len(keep) + 12] = levers_tip
+        T[np.arange(n, n + 12), np.arange(len(keep) + 12, len(keep) + 24)] = 1.0
+        T = T.tocsr()
+        K, M = T.T @ K @ T, T.T @ M @ T
+    size = K.shape[0] - 12
+    return K.tocsc()[: size + 6, : size + 6], M.tocsc()[: size + 6, : size + 6], K.tocsc()[: size + 6, size + 6 :]
+
+
+def test_frf_equals_the_unreduced_fe_assembly(part, tied):
+    """Hysteretic damping of 2 % everywhere, so that the full assembly needs no modes of its own."""
+    tie, body = tied
+    model = hybrid(body)
+    zeta = 0.01
+    for name in ("mount", "glue"):
+        c = model.connections[name]
+        model.remove(name)
+        model.connection(name, c.item1, c.item2, c.position1, c.position2, c.stiffness, zeta=zeta)
+    damped = ibs.Model("hybrid")
+    damped.fixation("platform")
+    damped.flexible_body("flexure", body, zeta=zeta)
+    damped.rigid_body("mirror", mass=0.3, cog=model.items["mirror"].cog, inertia=INERTIA)
+    for c in model.connections.values():
+        damped.connection(c.name, c.item1, c.item2, c.position1, c.position2, c.stiffness, zeta=zeta)
+    system = damped.linearize()
+    resonances = system.modes().frequencies
+    resonances = resonances[resonances < CUT_OFF]
+    assert len(resonances) > 6
+    frequencies = np.unique(np.r_[np.geomspace(10, CUT_OFF, 12), resonances])
+    bases = [ibs.BaseMotion("platform", d, "displacement") for d in ("x", "z", "ry")]
+    sensors = [ibs.Sensor("mirror", d, quantity="displacement") for d in ("x", "y", "z", "rx", "ry", "rz")]
+    got = system.frf(bases, sensors, frequencies, hysteretic=True).response
+    K, M, K_base = full_assembly(part, body, tie)
+    expected = np.empty_like(got)
+    last = K.shape[0] - 6
+    for f, frequency in enumerate(frequencies):
+        w = 2 * np.pi * frequency
+        factor = scipy.sparse.linalg.splu(
+            (K * (1 + 2j * zeta) - w**2 * M).tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}
+        )
+        moved = factor.solve(-(1 + 2j * zeta) * K_base[:, [0, 2, 4]].toarray())
+        expected[:, :, f] = moved[last:]
+    peak = np.abs(expected).max(axis=2, keepdims=True)
+    # responses that symmetry makes zero are held against the largest of their unit
+    peak = np.maximum(peak, 1e-3 * np.stack([peak[:3].max(axis=0)] * 3 + [peak[3:].max(axis=0)] * 3))
+    assert np.max(np.abs(got - expected) / peak) < 0.01
+
+
+def test_floating_frame_linearises_to_the_same(reduced):
+    model = hybrid(reduced)
+    small, floating = (model.linearize(flexible=f) for f in ("small-deflection", "floating-frame"))
+    assert small.coordinates == floating.coordinates
+    for letter, tolerance in (("M", 1e-9), ("K", 2e-6), ("C", 1e-5)):
+        a, b = getattr(small, letter), getattr(floating, letter)
+        scale = np.sqrt(np.outer(np.diag(a), np.diag(a)))
+        assert np.max(np.abs(a - b) / scale) < tolerance, letter
+    inputs, outputs = ibs.BaseMotion("platform", "z"), ibs.Sensor("mirror", "rz")
+    f = np.linspace(10, 1500, 200)
+    a, b = (s.frf(inputs, outputs, f).response for s in (small, floating))
+    np.testing.assert_allclose(a, b, atol=1e-4 * np.abs(a).max())
+
+
+def test_base_and_interfaces_follow_a_rigid_motion(reduced):
+    model = hybrid(reduced)
+    system = model.linearize()
+    motion = model.assembly().rigid_motion()
+    n = len(system.coordinates)
+    for free, base in ((system.K, system.K_base), (system.C, system.C_base)):
+        forces = free @ motion[:n] + base @ motion[n:]
+        size = np.abs(free) @ np.abs(motion[:n]) + np.abs(base) @ np.abs(motion[n:])
+        assert np.max(np.abs(forces) / size.max(axis=0)) < 1e-7
+    free = ibs.Model("free")
+    free.flexible_body("flexure", reduced)
+    modes = free.linearize().modes()
+    assert modes.rigid.sum() == 6
+    assert not modes.frequencies[:6].any()
+
+
+def test_equal_ratios_come_back_and_an_exported_matrix_replaces_them(reduced):
+    model = ibs.Model("m")
+    model.fixation("ground")
+    model.flexible_body("flexure", reduced, zeta=0.02)
+    model.connection("mount", "ground", "flexure.base", stiffness=MOUNT, zeta=0.02)
+    np.testing.assert_allclose(model.linearize().modes().damping_ratios, 0.02, rtol=1e-6)
+    frames = {name: frame.position for name, frame in reduced.interfaces.items()}
+    exported = fi.ReducedBody.from_arrays(reduced.M, reduced.K, interfaces=frames, C=1e-6 * reduced.K)
+    model = ibs.Model("m")
+    model.fixation("ground")
+    model.flexible_body("flexure", exported, zeta=0.3)
+    model.connection("mount", "ground", "flexure.base", stiffness=MOUNT, damping=1e-6 * np.array(MOUNT))
+    system = model.linearize()
+    scale = np.sqrt(np.outer(np.diag(system.K), np.diag(system.K)))
+    assert np.max(np.abs(system.C - 1e-6 * system.K) / scale) < 1e-9 * 1e-6 * 1e3
+    modes = system.modes()
+    np.testing.assert_allclose(modes.damping_ratios, 1e-6 * np.pi * modes.frequencies, rtol=1e-6)
+
+
+def test_locked_to_its_neighbours(reduced):
+    """A flexure whose interfaces are locked leaves the mirror's coordinates and its modes only."""
+    base, tip = (np.array(reduced.interfaces[i].position) for i in ("base", "tip"))
+    model = ibs.Model("m")
+    model.fixation("ground", position=base)
+    model.rigid_body("mirror", mass=0.3, cog=tip + [0.01, 0, 0], inertia=INERTIA)
+    model.connection("flexure", "ground", "mirror", position1=base, position2=tip, stiffness=(1e6,) * 3 + (500,) * 3, zeta=0.01)
+    names = set(model.items) | set(model.connections)
+    body = model.replace_with_flexible("flexure", reduced)
+    assert body.zeta == 0.01
+    assert names <= set(model.items) | set(model.connections)
+    system = model.linearize()
+    assert {c.rsplit(".", 1)[0] for c in system.coordinates} == {"mirror", "flexure"}
+    assert not any(c.startswith(("flexure.base", "flexure.tip")) for c in system.coordinates)
+    stiff = ibs.Model("s")
+    stiff.fixation("ground", position=base)
+    stiff.rigid_body("mirror", mass=0.3, cog=tip + [0.01, 0, 0], inertia=INERTIA)
+    stiff.flexible_body("flexure", reduced)
+    stiff.connection("a", "ground", "flexure.base", stiffness=(1e13,) * 3 + (1e10,) * 3)
+    stiff.connection("b", "flexure.tip", "mirror", stiffness=(1e13,) * 3 + (1e10,) * 3)
+    np.testing.assert_allclose(
+        system.modes().frequencies[:6], stiff.linearize().modes().frequencies[:6], rtol=5e-5
+    )
+
+
+def test_replacing_a_rigid_body_keeps_every_name(reduced):
+    base, tip = (np.array(reduced.interfaces[i].position) for i in ("base", "tip"))
+    model = ibs.Model("m")
+    model.fixation("ground")
+    inertia = reduced.inertia
+    model.rigid_body("mirror", mass=0.3, cog=tip + [0.01, 0, 0], inertia=INERTIA)
+    six = (inertia[0, 0], inertia[1, 1], inertia[2, 2], inertia[0, 1], inertia[0, 2], inertia[1, 2])
+    model.rigid_body("flexure", mass=reduced.mass, cog=reduced.centre_of_mass, inertia=six)
+    model.connection("mount", "ground", "flexure", position1=base, stiffness=MOUNT, zeta=0.01)
+    model.connection("glue", "flexure", "mirror", position1=tip, stiffness=GLUE, zeta=0.01)
+    script = ([ibs.Force("flexure", "x"), ibs.BaseMotion("ground", "z")], [ibs.Sensor("flexure", "z"), ibs.Sensor("mirror", "rz")])
+    rigid = model.linearize().frf(*script, [0.5]).response
+    model.replace_with_flexible("flexure", reduced, zeta=0.005)
+    assert model.connections["mount"].item2 == "flexure.base"
+    assert model.connections["glue"].item1 == "flexure.tip"
+    assert model.connections["glue"].stiffness == GLUE
+    flexible = model.linearize().frf(*script, [0.5]).response
+    # far below all resonances base motion carries everything along; the flexure's mean motion is that of its CoG
+    np.testing.assert_allclose(flexible[0, 1], 1.0, rtol=1e-4)
+    np.testing.assert_allclose(rigid[0, 1], 1.0, rtol=1e-4)
+
+
+def test_mean_motion_of_a_free_flexible_body_is_newtons(reduced):
+    model = ibs.Model("free")
+    model.flexible_body("flexure", reduced)
+    system = model.linearize()
+    frf = system.frf([ibs.Force("flexure", "y"), ibs.Force("flexure.tip", "y")], ibs.Sensor("flexure", "y"), [5.0, 800.0])
+    np.testing.assert_allclose(frf.response[0, 0], 1 / reduced.mass, rtol=1e-9)
+    # wherever it acts, a force moves the centre of gravity by F / m, elastic or not
+    np.testing.assert_allclose(frf.response[0, 1], 1 / reduced.mass, rtol=1e-7)
+
+
+def beam_cantilever(length, radius, count, E=2e11, nu=0.3, rho=8000.0):
+    """A round Euler-Bernoulli beam with rotary inertia along x, six coordinates a node: K, M, positions, dofs."""
+    area, second, h = np.pi * radius**2, np.pi * radius**4 / 4, length / count
+    bend = E * second / h**3 * hermite(12, 6, 4, 2, h)
+    swing = rho * area * h / 420 * np.array(
+        [
+            [156, 22 * h, 54, -13 * h],
+            [22 * h, 4 * h * h, 13 * h, -3 * h * h],
+            [54, 13 * h, 156, -22 * h],
+            [-13 * h, -3 * h * h, -22 * h, 4 * h * h],
+        ]
+    ) + rho * second / (30 * h) * hermite(36, 3, 4, -1, h)
+    rod, bar = np.array([[1, -1], [-1, 1]]), np.array([[2, 1], [1, 2]])
+    flip = np.diag([1, -1, 1, -1])  # z and ry turn the other way round than y and rz
+    twist, polar = E / (2 * (1 + nu)) * 2 * second / h, rho * 2 * second * h / 6
+    K, M = np.zeros((6 * (count + 1),) * 2), np.zeros((6 * (count + 1),) * 2)
+    for a in range(0, 6 * count, 6):
+        for places, k, m in (
+            ([a + 1, a + 5, a + 7, a + 11], bend, swing),
+            ([a + 2, a + 4, a + 8, a + 10], flip @ bend @ flip, flip @ swing @ flip),
+            ([a, a + 6], E * area / h * rod, rho * area * h / 6 * bar),
+            ([a + 3, a + 9], twist * rod, polar * bar),
+        ):
+            K[np.ix_(places, places)] += k
+            M[np.ix_(places, places)] += m
+    positions = np.zeros((count + 1, 3))
+    positions[:, 0] = np.linspace(0, length, count + 1)
+    dofs = np.array([(node + 1, d) for node in range(1, count + 1) for d in range(1, 7)])
+    return K[6:, 6:], M[6:, 6:], positions, dofs
+
+
+def hermite(a, b, c, d, h):
+    """The pattern that bending stiffness and rotary inertia of a beam element share."""
+    return np.array(
+        [
+            [a, b * h, -a, b * h],
+            [b * h, c * h * h, -b * h, d * h * h],
+            [-a, -b * h, a, -b * h],
+            [b * h, d * h * h, -b * h, c * h * h],
+        ]
+    )
+
+
+def test_nafems_fv4_cantilever_with_two_offset_masses():
+    """Beam clamped at x = 0, two masses on rigid arms at its tip: published frequencies."""
+    K, M, positions, dofs = beam_cantilever(length=10.0, radius=0.25, count=40)
+    part = fi.FEModel.from_arrays(K, M, positions, dofs, node_ids=np.arange(1, 42))
+    with pytest.warns(fi.ExportWarning):
+        beam = fi.reduce(part, interfaces={"tip": [41]}, max_frequency=200.0)
+    model = ibs.Model("FV4")
+    model.flexible_body("beam", beam)
+    point = (1e-3,) * 3 + (0,) * 3  # point masses
+    model.rigid_body("heavy", mass=10000.0, cog=(10, 2, 0), inertia=point)
+    model.rigid_body("light", mass=1000.0, cog=(10, -2, 0), inertia=point)
+    for name in ("heavy", "light"):
+        model.connection(f"arm {name}", "beam.tip", name, position1=(10, 0, 0), stiffness=(np.inf,) * 6)
+    modes = model.linearize().modes()
+    np.testing.assert_allclose(modes.frequencies[:6], [1.723, 1.727, 7.413, 9.972, 18.155, 26.957], rtol=5e-4)
+    assert any("fixed to the ground" in finding for finding in model.check())
+    with pytest.raises(ibs.ModelError, match="cannot move far"):
+        model.linearize(flexible="floating-frame")
