@@ -48,9 +48,7 @@ class Assembly:
     axis : the one direction of a 1-D model, or None in 3-D.
     """
 
-    def __init__(
-        self, items: Mapping[str, Item], connections: Mapping[str, Connection], axis: str | None
-    ) -> None:
+    def __init__(self, items: Mapping[str, Item], connections: Mapping[str, Connection], axis: str | None) -> None:
         self.axis = axis
         self.items = dict(items)
         self.directions: tuple[str, ...] = DIRECTIONS if axis is None else (axis,)
@@ -172,7 +170,8 @@ def elastic_centre(connection: Connection) -> Array:
         return np.array(connection.elastic_centre)
     if connection.position1 is None or connection.position2 is None:  # 1-D: no place at all
         return np.zeros(3)
-    return 0.5 * (np.array(connection.position1) + np.array(connection.position2))
+    half_way: Array = 0.5 * (np.array(connection.position1) + np.array(connection.position2))
+    return half_way
 
 
 def mean_motion(body: FlexibleBody) -> Array:

@@ -172,8 +172,7 @@ class FlexibleBody:
         """
         if name not in self.reduced.interfaces:
             raise ModelError(
-                f"flexible body {self.name!r} has no interface {name!r}. "
-                f"{nearest(name, self.reduced.interfaces)}"
+                f"flexible body {self.name!r} has no interface {name!r}. {nearest(name, self.reduced.interfaces)}"
             )
         return name
 
@@ -226,8 +225,9 @@ class Connection:
 
     def _in_global_axes(self, diagonal: Sequence[float]) -> Array:
         turn = rotate_six(self.axes_matrix)
-        turned: Array = turn @ np.diag(diagonal) @ turn.T
-        return 0.5 * (turned + turned.T)
+        turned = turn @ np.diag(diagonal) @ turn.T
+        symmetric: Array = 0.5 * (turned + turned.T)
+        return symmetric
 
 
 Item = Fixation | RigidBody | FlexibleBody | Inertia1D
@@ -270,7 +270,10 @@ def scalar_stiffness(value: object, what: str, unit: str) -> tuple[float]:
     ModelError : not one number, NaN or negative.
     """
     (k,) = numbers_of(
-        value if isinstance(value, (list, tuple)) else [value], 1, f"{what}: stiffness", f"[{unit}] in a 1-D model"
+        value if isinstance(value, (list, tuple)) else [value],
+        1,
+        f"{what}: stiffness",
+        f"[{unit}] in a 1-D model",
     )
     _not_negative(k, f"{what}: stiffness", "inf locks the direction, 0 leaves it free")
     return (k,)

@@ -39,7 +39,8 @@ class ElasticPart:
         deformation = self.rows[:, : len(shapes)] @ shapes
         # Each part is positive semi-definite; rounding may leave a trace below zero.
         doubled = np.einsum("ir,ij,jr->r", deformation, self.stiffness, deformation, optimize=True)
-        return np.maximum(doubled, 0.0)
+        positive: Array = np.maximum(doubled, 0.0)
+        return positive
 
 
 def strain_energy_shares(parts: Sequence[ElasticPart], shapes: Array, rigid: np.ndarray) -> dict[str, Array]:
@@ -58,9 +59,7 @@ def modal_ratios(parts: Sequence[ElasticPart], shares: dict[str, Array], count: 
     return ratios
 
 
-def damping_matrix(
-    M: Array, K_base: Array, omega: Array, shapes: Array, rigid: np.ndarray, ratios: Array
-) -> Array:
+def damping_matrix(M: Array, K_base: Array, omega: Array, shapes: Array, rigid: np.ndarray, ratios: Array) -> Array:
     """Return the (n + n_base, n + n_base) damping matrix with given modal ratios.
 
     Parameters

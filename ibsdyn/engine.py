@@ -14,7 +14,7 @@ import numpy as np
 os.environ.setdefault("EXUDYN_NO_USER_SETTINGS", "1")
 
 import exudyn as exu
-import exudyn.itemInterface as eii
+import exudyn.itemInterface as eii  # noqa: N813  # Exudyn's own abbreviation
 from exudyn.rigidBodyUtilities import RigidBodyInertia
 
 from ibsdyn.assembly import Assembly, Joint
@@ -108,7 +108,7 @@ def _exudyn_matrices(assembly: Assembly, flexible: FlexibleMapping) -> tuple[lis
     builder.build()
     settings = exu.SimulationSettings()
     # Dense Jacobians of 500 bodies take minutes, sparse ones a fraction of a second; the numbers are the same.
-    settings.linearSolverType = exu.LinearSolverType.EigenSparse
+    settings.linearSolver.solverType = exu.LinearSolverType.EigenSparse
     raw = builder.mbs.ComputeLinearizedSystem(simulationSettings=settings)[:3]
     return [np.asarray(m, dtype=float) for m in raw], builder.to_raw()
 
@@ -219,9 +219,7 @@ class _Builder:
                 if "." in end and end.split(".", 1)[0] == body.name:
                     frame.add_cross(end.split(".", 1)[1], joint.centre)
         self.floating[body.name] = frame
-        rigid = self.mbs.AddNode(
-            eii.NodeRigidBodyEP(referenceCoordinates=[*frame.origin, 1.0, 0.0, 0.0, 0.0])
-        )
+        rigid = self.mbs.AddNode(eii.NodeRigidBodyEP(referenceCoordinates=[*frame.origin, 1.0, 0.0, 0.0, 0.0]))
         modes = self._generic_node(len(frame.kept))
         self.nodes[f"{body.name}:frame"], self.nodes[f"{body.name}:modes"] = rigid, modes
         self.objects[body.name] = self.mbs.AddObject(
@@ -251,8 +249,7 @@ class _Builder:
         ends = (joint.connection.item1, joint.connection.item2)
         if self.assembly.axis is not None:
             markers = [
-                self.mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=self.nodes[end], coordinate=0))
-                for end in ends
+                self.mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=self.nodes[end], coordinate=0)) for end in ends
             ]
             self.mbs.AddObject(
                 eii.ObjectConnectorCoordinateSpringDamper(

@@ -78,9 +78,7 @@ def known_keywords(function: Callable[P, R]) -> Callable[P, R]:
         for keyword in kwargs:
             if keyword not in parameters:
                 called = function.__qualname__.removesuffix(".__init__")
-                raise UnknownKeywordError(
-                    f"{called}() has no parameter {keyword!r}. {nearest(keyword, parameters)}"
-                )
+                raise UnknownKeywordError(f"{called}() has no parameter {keyword!r}. {nearest(keyword, parameters)}")
         return function(*args, **kwargs)
 
     return checked

@@ -66,7 +66,7 @@ class FloatingFrame:
         mass, o = integrals.mass, self.origin
         p = integrals.translation[:, self.kept]
         first = integrals.rotation[:, :, self.kept] - o[:, None, None] * p[None, :, :]
-        second = integrals.flexible[np.ix_(range(3), range(3), self.kept, self.kept)]
+        second = integrals.flexible[:, :, self.kept[:, None], self.kept[None, :]]
         moment = integrals.first_moment - mass * o
         about = integrals.first_moment
         spread = integrals.second_moment - np.outer(o, about) - np.outer(about, o) + mass * np.outer(o, o)
@@ -80,9 +80,7 @@ class FloatingFrame:
         # skew(a)^T b = -a x b and skew(a)^T skew(b) = (a.b) I - b a^T, summed over the mass
         self.x_psi = -np.einsum("kpq,pqj->kj", _LEVI_CIVITA, first)
         dots = np.einsum("kkj->j", first)
-        self.x_psi_tilde = (
-            dots[None, :, None] * eye[:, None, :] - np.einsum("lkj->kjl", first)
-        ).reshape(3, 3 * count)
+        self.x_psi_tilde = (dots[None, :, None] * eye[:, None, :] - np.einsum("lkj->kjl", first)).reshape(3, 3 * count)
         self.psi_tilde_psi = -np.einsum("kpq,pqij->ikj", _LEVI_CIVITA, second).reshape(3 * count, count)
         pairs = np.einsum("kkij->ij", second)
         self.psi_tilde_psi_tilde = (

@@ -21,7 +21,7 @@ from ibsdyn.signals import BaseMotion, Input, Sensor, checked_inputs, checked_ou
 if TYPE_CHECKING:
     from ibsdyn.linear_system import LinearSystem
 
-Complex = NDArray[np.complex128]
+Complex = NDArray[np.complexfloating]
 # Solver(loads, rows): loads (n, m), rows (p, n) in modal coordinates -> (p, m, n_freq) of rows D(omega)^-1 loads
 Solver = Callable[[Complex, Array], Complex]
 
@@ -109,7 +109,9 @@ def _refuse_infinite(response: Complex, hertz: Array, rigid: np.ndarray) -> None
         return
     if hertz[bad[0]] == 0.0:
         cause = (
-            "the model has rigid-body modes" if rigid.any() else "an acceleration or velocity has no static displacement"
+            "the model has rigid-body modes"
+            if rigid.any()
+            else "an acceleration or velocity has no static displacement"
         )
         raise AnalysisError(f"at 0 Hz the response is infinite or undefined: {cause}. Start above 0 Hz.")
     raise AnalysisError(
@@ -252,7 +254,7 @@ def _direct_solver(stiffness: Complex, damping: Complex, omega: Array) -> Solver
             w = omega[start : start + step, None, None]
             dynamic = stiffness - w**2 * eye + 1j * w * damping
             try:
-                motion = np.linalg.solve(dynamic, np.broadcast_to(loads, (len(w), *loads.shape)))
+                motion: Complex = np.linalg.solve(dynamic, np.broadcast_to(loads, (len(w), *loads.shape)))
             except np.linalg.LinAlgError:
                 motion = np.stack([_solve_or_infinite(matrix, loads) for matrix in dynamic])
             result[:, :, start : start + step] = np.moveaxis(rows @ motion, 0, -1)

@@ -202,12 +202,11 @@ def elastic_parts(assembly: Assembly, transform: Array) -> tuple[ElasticPart, ..
         if isinstance(body, FlexibleBody):
             explicit = body.reduced.C is not None
             rows = transform[assembly.places[body.name]]
-            parts.append(
-                ElasticPart(body.name, rows, body.reduced.K, 0.0 if explicit else body.zeta, explicit)
-            )
+            parts.append(ElasticPart(body.name, rows, body.reduced.K, 0.0 if explicit else body.zeta, explicit))
     return tuple(parts)
 
 
 def _projected(matrix: Array, transform: Array) -> Array:
-    projected: Array = transform.T @ matrix @ transform
-    return 0.5 * (projected + projected.T)
+    projected = transform.T @ matrix @ transform
+    symmetric: Array = 0.5 * (projected + projected.T)
+    return symmetric

@@ -30,13 +30,11 @@ from ibsdyn.components import (
 from ibsdyn.engine import FlexibleMapping
 from ibsdyn.errors import ModelError, ModelWarning, UnknownNameError, known_keywords, nearest
 from ibsdyn.linear_system import LinearSystem, linearize
-from ibsdyn.model_check import findings
+from ibsdyn.model_check import HIGH_ZETA, findings, high_zeta_words
 from ibsdyn.model_table import component_table
 from ibsdyn.validation import number, point, valid_name
 
-# Above this a part is no longer "lightly damped": the modal strain energy method and linear modes lose their meaning.
-HIGH_ZETA = 0.3
-RIGID = (np.inf,) * 6
+LOCKED = (np.inf,) * 6
 
 
 class Model:
@@ -208,7 +206,7 @@ class Model:
         """
         what = f"connection {valid_name(name, 'connection')!r}"
         self._require_new(name)
-        ends = [self._end(item, f"{what}: item{i}") for i, item in enumerate((item1, item2), 1)]
+        ends = (self._end(item1, f"{what}: item1"), self._end(item2, f"{what}: item2"))
         if ends[0] == ends[1]:
             raise ModelError(f"{what}: it connects {ends[0]!r} to itself; name two different items.")
         if all(isinstance(self._items.get(end), Fixation) for end in ends):
@@ -262,7 +260,9 @@ class Model:
             raise UnknownNameError(f"remove: {name!r} is not in the model. {nearest(name, self._names())}")
         holding = [c.name for c in self._connections.values() if name in (_body(c.item1), _body(c.item2))]
         if holding:
-            raise ModelError(f"remove: {name!r} is still connected by {', '.join(map(repr, holding))}; remove those first.")
+            raise ModelError(
+                f"remove: {name!r} is still connected by {', '.join(map(repr, holding))}; remove those first."
+            )
         del self._items[name]
 
     @known_keywords
@@ -271,21 +271,23 @@ class Model:
         name: str,
         reduced: ReducedBody,
         zeta: float | None = None,
+        parts: Sequence[str] | None = None,
         interfaces: Mapping[str, str] | None = None,
     ) -> FlexibleBody:
-        """Put a flexible body in the place of a rigid body or of a connection, under the same name.
+        """Put a flexible body in the place of a rigid body, of a connection, or of several of them.
 
-        A rigid body's connections keep their names, positions and values and hold on to the interface nearest to
-        their position. A connection ``flexure`` between two items becomes a part between them, its interfaces
-        locked to the items by new connections named as in ``flexure-base``.
+        Connections of the bodies that are replaced keep their names, positions and values and hold on to the
+        interface nearest to their position. A single connection ``flexure`` between two items becomes a part
+        between them, its interfaces locked to the items by new connections named as in ``flexure-base``.
 
         Parameters
         ----------
-        name : the rigid body or the connection.
+        name : the rigid body or the connection that is replaced; with ``parts`` the name of the flexible body.
         reduced : from ``fem_import.reduce``.
         zeta : relative damping ratio; by default that of the connection replaced, else 0.
-        interfaces : which interface takes what: by connection name where a body is replaced, by item name where a
-            connection is; the nearest one for all that are not named.
+        parts : all bodies and connections that the flexible body stands for; connections between them vanish.
+        interfaces : which interface takes what: by connection name where bodies are replaced, by item name where a
+            single connection is; the nearest one for all that are not named.
 
         Raises
         ------
@@ -295,14 +297,35 @@ class Model:
         if self.axis is not None:
             raise ModelError(f"replace_with_flexible: the model is 1-D along {self.axis}; it needs a 3-D model.")
         chosen = dict(interfaces or {})
-        if name in self._connections:
-            return self._replace_connection(self._connections[name], reduced, zeta, chosen)
-        if name not in self._items:
-            raise UnknownNameError(f"replace_with_flexible: {name!r} is not in the model. {nearest(name, self._names())}")
-        if not isinstance(self._items[name], RigidBody):
-            kind = "a fixation" if isinstance(self._items[name], Fixation) else "flexible already"
-            raise ModelError(f"replace_with_flexible: {name!r} is {kind}; it takes a rigid body or a connection.")
-        return self._replace_body(name, reduced, zeta, chosen)
+        replaced = [name] if parts is None else list(parts)
+        for part in replaced:
+            if part not in self._items and part not in self._connections:
+                raise UnknownNameError(
+                    f"replace_with_flexible: {part!r} is not in the model. {nearest(part, self._names())}"
+                )
+            if part in self._items and not isinstance(self._items[part], RigidBody):
+                kind = "a fixation" if isinstance(self._items[part], Fixation) else "flexible already"
+                raise ModelError(f"replace_with_flexible: {part!r} is {kind}; it takes rigid bodies and connections.")
+        if name not in replaced:
+            self._require_new(name)
+        body = FlexibleBody.of(name, reduced, 0.0)
+        bodies = {part for part in replaced if part in self._items}
+        if bodies:
+            changed, gone = self._reattached(body, bodies, set(replaced) - bodies, chosen)
+        elif len(replaced) == 1:
+            old = self._connections[replaced[0]]
+            zeta = old.zeta if zeta is None else zeta
+            changed, gone = self._tied(body, old, chosen), {old.name}
+        else:
+            raise ModelError(
+                f"replace_with_flexible: parts {replaced} are connections only; name the bodies between them too."
+            )
+        body = FlexibleBody.of(name, reduced, 0.0 if zeta is None else zeta)
+        _warn_zeta(body.zeta, f"flexible body {name!r}")
+        # Nothing has been touched so far; from here nothing can fail.
+        self._items = {k: item for k, item in self._items.items() if k not in bodies} | {name: body}
+        self._connections = {k: c for k, c in self._connections.items() if k not in gone} | changed
+        return body
 
     # -- analyses
 
@@ -395,61 +418,50 @@ class Model:
         x, y, z = (float(v) for v in item.reduced.interfaces[interface].position)
         return x, y, z
 
-    def _replace_body(
-        self, name: str, reduced: ReducedBody, zeta: float | None, chosen: Mapping[str, str]
-    ) -> FlexibleBody:
-        body = FlexibleBody.of(name, reduced, 0.0 if zeta is None else zeta)
-        attached = {c.name: c for c in self._connections.values() if name in (c.item1, c.item2)}
-        _require_known(chosen, attached, f"replace_with_flexible {name!r}: connection")
-        changed: dict[str, Connection] = {}
+    def _reattached(
+        self, body: FlexibleBody, bodies: set[str], gone: set[str], chosen: Mapping[str, str]
+    ) -> tuple[dict[str, Connection], set[str]]:
+        """Return the connections that now hold on to interfaces, and the names of those that vanish."""
+        gone = gone | {c.name for c in self._connections.values() if {c.item1, c.item2} <= bodies}
+        attached = {c.name: c for c in self._connections.values() if {c.item1, c.item2} & bodies and c.name not in gone}
+        what = f"replace_with_flexible {body.name!r}"
+        _require_known(chosen, attached, f"{what}: connection")
+        changed = {}
         for connection in attached.values():
-            here = connection.item1 == name
-            position = connection.position1 if here else connection.position2
-            assert position is not None
-            interface = (
-                body.interface(chosen[connection.name])
-                if connection.name in chosen
-                else _nearest_interface(body, position)
+            first = connection.item1 in bodies
+            position = connection.position1 if first else connection.position2
+            assert position is not None  # 3-D connections have positions
+            interface = chosen.get(connection.name) or _nearest_interface(body, position)
+            address = f"{body.name}.{body.interface(interface)}"
+            changed[connection.name] = (
+                replace(connection, item1=address) if first else replace(connection, item2=address)
             )
-            end = f"{name}.{interface}"
-            changed[connection.name] = _with_end(connection, 1 if here else 2, end)
-        _warn_zeta(body.zeta, f"flexible body {name!r}")
-        self._items[name] = body
-        self._connections.update(changed)
-        return body
+        return changed, gone
 
-    def _replace_connection(
-        self, old: Connection, reduced: ReducedBody, zeta: float | None, chosen: Mapping[str, str]
-    ) -> FlexibleBody:
+    def _tied(self, body: FlexibleBody, old: Connection, chosen: Mapping[str, str]) -> dict[str, Connection]:
+        """Return the locked connections of a part that takes the place of one connection."""
         what = f"replace_with_flexible {old.name!r}"
-        body = FlexibleBody.of(old.name, reduced, old.zeta if zeta is None else zeta)
         ends = {old.item1: old.position1, old.item2: old.position2}
         _require_known(chosen, ends, f"{what}: item")
-        taken: dict[str, str] = {}
+        taken = {}
         for item, position in ends.items():
-            assert position is not None
-            taken[item] = (
-                body.interface(chosen[item]) if item in chosen else _nearest_interface(body, position)
-            )
+            assert position is not None  # 3-D connections have positions
+            taken[item] = body.interface(chosen.get(item) or _nearest_interface(body, position))
         if len(set(taken.values())) < 2:
             both = " and ".join(repr(item) for item in taken)
             raise ModelError(
                 f"{what}: {both} would both hold on to interface {taken[old.item1]!r}; tell them apart with "
                 f"interfaces={{{old.item1!r}: ..., {old.item2!r}: ...}}, known: "
-                f"{', '.join(map(repr, reduced.interfaces))}."
+                f"{', '.join(map(repr, body.reduced.interfaces))}."
             )
         ties = {}
         for item, interface in taken.items():
             tie = f"{old.name}-{interface}"
             self._require_new(tie)
-            frame = reduced.interfaces[interface].position
-            at = (float(frame[0]), float(frame[1]), float(frame[2]))
-            ties[tie] = Connection(tie, item, f"{old.name}.{interface}", at, at, stiffness=RIGID)
-        _warn_zeta(body.zeta, f"flexible body {old.name!r}")
-        del self._connections[old.name]
-        self._items[old.name] = body
-        self._connections.update(ties)
-        return body
+            address = f"{body.name}.{interface}"
+            x, y, z = (float(v) for v in body.reduced.interfaces[interface].position)
+            ties[tie] = Connection(tie, item, address, (x, y, z), (x, y, z), stiffness=LOCKED)
+        return ties
 
 
 def _body(address: str) -> str:
@@ -467,15 +479,10 @@ def _require_known(chosen: Mapping[str, str], known: Mapping[str, object], what:
             raise UnknownNameError(f"{what} {name!r} is not there. {nearest(name, known)}")
 
 
-def _with_end(connection: Connection, end: int, address: str) -> Connection:
-    return replace(connection, item1=address) if end == 1 else replace(connection, item2=address)
-
-
 def _warn_zeta(zeta: float, what: str) -> None:
     if zeta > HIGH_ZETA:
         warnings.warn(
-            f"{what}: zeta = {zeta:g} means {100 * zeta:.0f} % of critical damping; ratios above {HIGH_ZETA:g} are beyond "
-            "what modal damping describes. Was a percentage meant?",
+            f"{what}: {high_zeta_words(zeta)}",
             ModelWarning,
             stacklevel=4,
         )

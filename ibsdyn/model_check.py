@@ -21,6 +21,7 @@ GYRATION_RADIUS = (1e-4, 10.0)
 MASS = (1e-7, 1e5)
 FARTHEST_POSITION = 50.0
 STIFFNESS_ARM = (1e-6, 5.0)
+# Above this a part is no longer lightly damped: modal strain energy and real modes lose their meaning.
 HIGH_ZETA = 0.3
 # A lever from an interface's frame that is so many times the interface's own radius is probably a mistake.
 LEVER_RATIO = 3.0
@@ -76,9 +77,7 @@ def _free_directions(assembly: Assembly) -> list[str]:
     null = free_motions(assembly)
     if not null.shape[1]:
         return []
-    connected = {
-        end.split(".", 1)[0] for j in assembly.joints for end in (j.connection.item1, j.connection.item2)
-    }
+    connected = {end.split(".", 1)[0] for j in assembly.joints for end in (j.connection.item1, j.connection.item2)}
     found = []
     whole: list[str] = []
     for body in assembly.bodies:
@@ -144,9 +143,7 @@ def _free_words(assembly: Assembly, body: Item, null: Array) -> str:
 
 
 def _axis_words(directions: list[str]) -> str:
-    return in_words(
-        [f"to rotate about {d[1]}" if d.startswith("r") else f"to move along {d}" for d in directions]
-    )
+    return in_words([f"to rotate about {d[1]}" if d.startswith("r") else f"to move along {d}" for d in directions])
 
 
 def _screw_words(motion: Array, centre: Array) -> str:
@@ -182,24 +179,33 @@ def _damping(items: Mapping[str, Item], connections: Mapping[str, Connection]) -
         else:
             damped = damped or connection.zeta > 0
             if connection.zeta > HIGH_ZETA:
-                found.append(_high_zeta(connection.name, connection.zeta))
+                found.append(f"{connection.name}: {high_zeta_words(connection.zeta)}")
     for item in items.values():
         if isinstance(item, FlexibleBody):
             if item.reduced.C is not None:
                 damped = True
                 if item.zeta:
-                    found.append(f"{item.name}: the export brought a damping matrix, which replaces zeta = {item.zeta:g}.")
+                    found.append(
+                        f"{item.name}: the export brought a damping matrix, which replaces zeta = {item.zeta:g}."
+                    )
             else:
                 damped = damped or item.zeta > 0
                 if item.zeta > HIGH_ZETA:
-                    found.append(_high_zeta(item.name, item.zeta))
+                    found.append(f"{item.name}: {high_zeta_words(item.zeta)}")
     if not damped:
-        found.append("nothing is damped: responses are infinite at the resonances; give the connections a zeta (0.01 is usual for metal).")
+        found.append(
+            "nothing is damped: responses are infinite at the resonances; give the connections a zeta "
+            "(0.005 to 0.02 is usual for metal parts and bolted joints)."
+        )
     return found
 
 
-def _high_zeta(name: str, zeta: float) -> str:
-    return f"{name}: zeta = {zeta:g} is {100 * zeta:.0f} % of critical damping, beyond what modal damping describes; was a percentage meant?"
+def high_zeta_words(zeta: float) -> str:
+    """Return what to say of a damping ratio that is too high to be meant."""
+    return (
+        f"zeta = {zeta:g} is {100 * zeta:.0f} % of critical damping, beyond what modal damping describes; "
+        "was a percentage meant?"
+    )
 
 
 def _units(items: Mapping[str, Item], connections: Mapping[str, Connection]) -> list[str]:

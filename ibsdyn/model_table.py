@@ -33,7 +33,9 @@ def component_table(
                 f"{modes} modes, {_loss(item.zeta, reduced.C is not None)}"
             )
     for connection in connections.values():
-        lines.append(f"  connection     {connection.name}: {connection.item1} to {connection.item2}, {_spring(connection, axis)}")
+        lines.append(
+            f"  connection     {connection.name}: {connection.item1} to {connection.item2}, {_spring(connection, axis)}"
+        )
     return "\n".join(lines)
 
 

@@ -53,15 +53,17 @@ class Modes:
 
     def __str__(self) -> str:
         """Return a table: frequency, damping ratio, what strains and what moves."""
-        lines = ["mode  frequency [Hz]  zeta [%]  strain energy in                  kinetic energy of"]
-        for r in range(min(len(self), 30)):
-            strain = "rigid-body motion" if self.rigid[r] else _leading(self.strain_energy, r)
+        shown = min(len(self), 30)
+        strain = ["rigid-body motion" if self.rigid[r] else _leading(self.strain_energy, r) for r in range(shown)]
+        wide = max(len(words) for words in [*strain, "strain energy in"])
+        lines = [f"mode  frequency [Hz]  zeta [%]  {'strain energy in':{wide}}  kinetic energy of"]
+        for r in range(shown):
             lines.append(
-                f"{r + 1:4d}  {self.frequencies[r]:14.4g}  {100 * self.damping_ratios[r]:8.3g}  {strain:32s}  "
+                f"{r + 1:4d}  {self.frequencies[r]:14.4g}  {100 * self.damping_ratios[r]:8.3g}  {strain[r]:{wide}}  "
                 f"{_leading(self.kinetic_energy, r)}"
             )
-        if len(self) > 30:
-            lines.append(f"      ... {len(self) - 30} more, up to {self.frequencies[-1]:.4g} Hz")
+        if len(self) > shown:
+            lines.append(f"      ... {len(self) - shown} more, up to {self.frequencies[-1]:.4g} Hz")
         return "\n".join(lines)
 
     def plot(self, modes: int = 10, axes: Axes | None = None) -> Axes:
@@ -143,5 +145,6 @@ def undamped_modes(M: Array, K: Array, rigid_energy: float) -> tuple[Array, Arra
 
 
 def _leading(shares: Mapping[str, Array], mode: int) -> str:
-    ranked = sorted(((float(share[mode]), name) for name, share in shares.items()), reverse=True)
+    # Rounded before sorting: parts with equal shares keep the order in which they were added.
+    ranked = sorted(((round(float(share[mode]), 6), name) for name, share in shares.items()), key=lambda s: -s[0])
     return ", ".join(f"{name} {100 * share:.0f} %" for share, name in ranked[:3] if share >= 0.005)

@@ -61,7 +61,11 @@ class Force(_Signal):
 
     @known_keywords
     def __init__(
-        self, item: str, direction: Direction, position: Sequence[float] | None = None, name: str | None = None
+        self,
+        item: str,
+        direction: Direction,
+        position: Sequence[float] | None = None,
+        name: str | None = None,
     ) -> None:
         what = f"Force on {item!r}"
         _set(self, "item", _item(item, what))
@@ -345,4 +349,3 @@ def _name(value: object, default: str) -> str:
 
 def _motion_unit(signal: BaseMotion | Sensor) -> str:
     return ("rad" if signal.is_rotation else "m") + _PER_TIME[signal.order]
-

@@ -33,9 +33,7 @@ def valid_name(name: object, what: str) -> str:
     return name
 
 
-def number(
-    value: object, what: str, unit: str, *, minimum: float = -math.inf, above: float = -math.inf
-) -> float:
+def number(value: object, what: str, unit: str, *, minimum: float = -math.inf, above: float = -math.inf) -> float:
     """Return one finite real number within its bounds.
 
     Raises

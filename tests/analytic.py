@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+IDENTITY = np.eye(3)
+
 
 def lever(r):
     """u_point = u + theta x r as a (6, 6) matrix, from the cross product's definition."""
@@ -62,7 +64,7 @@ class RandomAssembly:
                 }
             )
 
-    def model(self, ibs, turn=np.eye(3), shift=(0, 0, 0), swap=False, order=None):
+    def model(self, ibs, turn=IDENTITY, shift=(0, 0, 0), swap=False, order=None):
         """The same assembly as an ibsdyn model, moved as a whole by a rotation and a shift."""
 
         def move(p):

@@ -116,7 +116,11 @@ def test_connections(model, wrong, words):
 
 def test_two_fixations_are_not_connected(model):
     model.fixation("wall", position=(1, 0, 0))
-    refused(model, lambda: model.connection("c", "ground", "wall", position1=(0, 0, 0), stiffness=SIX), "nothing could move")
+    refused(
+        model,
+        lambda: model.connection("c", "ground", "wall", position1=(0, 0, 0), stiffness=SIX),
+        "nothing could move",
+    )
 
 
 def test_flexible_bodies(model):
@@ -130,7 +134,11 @@ def test_reduced_matrices():
     frames = {"base": (0, 0, 0), "tip": (0.1, 0, 0)}
     tilted = good.K.copy()
     tilted[0, 1] += 1e5
-    for K, words in ((tilted, "symmetric"), (good.K * np.nan, "finite|NaN|nan"), (good.K[:6, :6], "shape|size|12")):
+    for K, words in (
+        (tilted, "symmetric"),
+        (good.K * np.nan, "finite|NaN|nan"),
+        (good.K[:6, :6], "shape|size|12"),
+    ):
         with pytest.raises(ValueError, match=words):
             fi.ReducedBody.from_arrays(good.M, K, interfaces=frames)
 

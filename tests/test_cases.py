@@ -74,7 +74,12 @@ def test_vm52_bounce_and_pitch():
     assert modes.rigid.sum() == 4
 
 
-IRVINE = [(-0.156972, -0.09779, 0.0762), (-0.156972, -0.09779, -0.0762), (-0.068072, -0.09779, 0.0762), (-0.068072, -0.09779, -0.0762)]
+IRVINE = [
+    (-0.156972, -0.09779, 0.0762),
+    (-0.156972, -0.09779, -0.0762),
+    (-0.068072, -0.09779, 0.0762),
+    (-0.068072, -0.09779, -0.0762),
+]
 
 
 def irvine(**loss):
@@ -82,7 +87,14 @@ def irvine(**loss):
     model.fixation("shaker")
     model.rigid_body("box", mass=1.94137534, cog=(0, 0, 0), inertia=(0.01313952, 0.01167632, 0.00550163, 0, 0, 0))
     for i, position in enumerate(IRVINE):
-        model.connection(f"isolator {i}", "shaker", "box", position1=position, stiffness=(14010.147,) * 3 + (0,) * 3, **loss)
+        model.connection(
+            f"isolator {i}",
+            "shaker",
+            "box",
+            position1=position,
+            stiffness=(14010.147,) * 3 + (0,) * 3,
+            **loss,
+        )
     return model
 
 
@@ -96,7 +108,10 @@ def test_irvine_box_on_four_isolators():
 def test_vm71_ratio_of_a_single_mode():
     """zeta 2, 1, 0.2, 0 from c; the free response at 0.09 s from the state space."""
     for c, zeta, x in zip(
-        [3.52636, 1.76318, 0.352636, 0.0], [2.0, 1.0, 0.2, 0.0], [0.4742, 0.18998, -0.52108, -0.99688], strict=True
+        [3.52636, 1.76318, 0.352636, 0.0],
+        [2.0, 1.0, 0.2, 0.0],
+        [0.4742, 0.18998, -0.52108, -0.99688],
+        strict=True,
     ):
         model = ibs.Model("sdof", axis="x")
         model.fixation("wall")

@@ -113,9 +113,7 @@ def test_body_held_by_a_damper_only():
     model.rigid_body("m", mass=2.0)
     model.connection("dashpot", "wall", "m", stiffness=0.0, damping=8.0)
     w = 2 * np.pi * np.array([0.01, 1.0, 100.0])
-    frf = model.linearize().frf(
-        ibs.Force("m", "x"), ibs.Sensor("m", "x", quantity="velocity"), w / (2 * np.pi)
-    )
+    frf = model.linearize().frf(ibs.Force("m", "x"), ibs.Sensor("m", "x", quantity="velocity"), w / (2 * np.pi))
     np.testing.assert_allclose(frf.response[0, 0], 1 / (8 + 2j * w), rtol=1e-9)
 
 
@@ -126,9 +124,7 @@ def test_critically_damped_modes_fall_back_to_direct_solves():
     model.rigid_body("m", mass=2.0)
     model.connection("s", "wall", "m", stiffness=200.0, damping=2 * np.sqrt(400.0))
     w = 2 * np.pi * np.geomspace(0.01, 100, 30)
-    frf = model.linearize().frf(
-        ibs.Force("m", "x"), ibs.Sensor("m", "x", quantity="displacement"), w / (2 * np.pi)
-    )
+    frf = model.linearize().frf(ibs.Force("m", "x"), ibs.Sensor("m", "x", quantity="displacement"), w / (2 * np.pi))
     np.testing.assert_allclose(frf.response[0, 0], 1 / (200 - 2 * w**2 + 40j * w), rtol=1e-9)
 
 
@@ -148,7 +144,11 @@ def test_hysteretic_single_mode_has_loss_factor_two_zeta():
 def test_order_names_units_and_selection():
     system = RandomAssembly(0, count=3, zeta=0.01).model(ibs).linearize()
     inputs = [ibs.Force("b0", "x"), ibs.BaseMotion("ground", "rx")]
-    outputs = [ibs.Sensor("b1", "z", name="Y1"), ibs.Sensor("b2", "rz"), ibs.Sensor("b2", "x", quantity="velocity")]
+    outputs = [
+        ibs.Sensor("b1", "z", name="Y1"),
+        ibs.Sensor("b2", "rz"),
+        ibs.Sensor("b2", "x", quantity="velocity"),
+    ]
     frf = system.frf(inputs, outputs, np.linspace(1, 50, 7))
     assert frf.response.shape == (3, 2, 7)
     assert frf.outputs == ("Y1", "b2.rz acceleration", "b2.x velocity")
@@ -165,7 +165,13 @@ def test_order_names_units_and_selection():
 def test_frequencies_that_are_none_are_refused():
     system = RandomAssembly(0, count=2, zeta=0.01).model(ibs).linearize()
     ask = (ibs.Force("b0", "x"), ibs.Sensor("b0", "x"))
-    for bad, words in (([-1.0], "-1.0"), ([np.nan], "nan"), ([], "shape"), ("abc", "abc"), ([[1.0]], "shape")):
+    for bad, words in (
+        ([-1.0], "-1.0"),
+        ([np.nan], "nan"),
+        ([], "shape"),
+        ("abc", "abc"),
+        ([[1.0]], "shape"),
+    ):
         with pytest.raises(ibs.AnalysisError, match=words):
             system.frf(*ask, bad)
 

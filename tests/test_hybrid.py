@@ -78,7 +78,9 @@ def full_assembly(part, body, tie):
         return sp.csr_array(lever(point - position)) @ full.tocsr()
 
     def place(six, offset):
-        return sp.csr_array((six.ravel(), (np.repeat(np.arange(6), 6), np.tile(np.arange(6), 6) + offset)), shape=(6, n + 12))
+        return sp.csr_array(
+            (six.ravel(), (np.repeat(np.arange(6), 6), np.tile(np.arange(6), 6) + offset)), shape=(6, n + 12)
+        )
 
     e_mount, e_glue = base - [0, 0.005, 0], tip + [0.002, 0, 0.001]
     mount = motion(rows_base, levers_base, base, e_mount) - place(lever(e_mount), n + 6)
@@ -94,7 +96,11 @@ def full_assembly(part, body, tie):
         T = T.tocsr()
         K, M = T.T @ K @ T, T.T @ M @ T
     size = K.shape[0] - 12
-    return K.tocsc()[: size + 6, : size + 6], M.tocsc()[: size + 6, : size + 6], K.tocsc()[: size + 6, size + 6 :]
+    return (
+        K.tocsc()[: size + 6, : size + 6],
+        M.tocsc()[: size + 6, : size + 6],
+        K.tocsc()[: size + 6, size + 6 :],
+    )
 
 
 def test_frf_equals_the_unreduced_fe_assembly(part, tied):
@@ -126,7 +132,9 @@ def test_frf_equals_the_unreduced_fe_assembly(part, tied):
     for f, frequency in enumerate(frequencies):
         w = 2 * np.pi * frequency
         factor = scipy.sparse.linalg.splu(
-            (K * (1 + 2j * zeta) - w**2 * M).tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}
+            (K * (1 + 2j * zeta) - w**2 * M).tocsc(),
+            permc_spec="MMD_AT_PLUS_A",
+            options={"SymmetricMode": True},
         )
         moved = factor.solve(-(1 + 2j * zeta) * K_base[:, [0, 2, 4]].toarray())
         expected[:, :, f] = moved[last:]
@@ -191,7 +199,15 @@ def test_locked_to_its_neighbours(reduced):
     model = ibs.Model("m")
     model.fixation("ground", position=base)
     model.rigid_body("mirror", mass=0.3, cog=tip + [0.01, 0, 0], inertia=INERTIA)
-    model.connection("flexure", "ground", "mirror", position1=base, position2=tip, stiffness=(1e6,) * 3 + (500,) * 3, zeta=0.01)
+    model.connection(
+        "flexure",
+        "ground",
+        "mirror",
+        position1=base,
+        position2=tip,
+        stiffness=(1e6,) * 3 + (500,) * 3,
+        zeta=0.01,
+    )
     names = set(model.items) | set(model.connections)
     body = model.replace_with_flexible("flexure", reduced)
     assert body.zeta == 0.01
@@ -205,9 +221,7 @@ def test_locked_to_its_neighbours(reduced):
     stiff.flexible_body("flexure", reduced)
     stiff.connection("a", "ground", "flexure.base", stiffness=(1e13,) * 3 + (1e10,) * 3)
     stiff.connection("b", "flexure.tip", "mirror", stiffness=(1e13,) * 3 + (1e10,) * 3)
-    np.testing.assert_allclose(
-        system.modes().frequencies[:6], stiff.linearize().modes().frequencies[:6], rtol=5e-5
-    )
+    np.testing.assert_allclose(system.modes().frequencies[:6], stiff.linearize().modes().frequencies[:6], rtol=5e-5)
 
 
 def test_replacing_a_rigid_body_keeps_every_name(reduced):
@@ -220,7 +234,10 @@ def test_replacing_a_rigid_body_keeps_every_name(reduced):
     model.rigid_body("flexure", mass=reduced.mass, cog=reduced.centre_of_mass, inertia=six)
     model.connection("mount", "ground", "flexure", position1=base, stiffness=MOUNT, zeta=0.01)
     model.connection("glue", "flexure", "mirror", position1=tip, stiffness=GLUE, zeta=0.01)
-    script = ([ibs.Force("flexure", "x"), ibs.BaseMotion("ground", "z")], [ibs.Sensor("flexure", "z"), ibs.Sensor("mirror", "rz")])
+    script = (
+        [ibs.Force("flexure", "x"), ibs.BaseMotion("ground", "z")],
+        [ibs.Sensor("flexure", "z"), ibs.Sensor("mirror", "rz")],
+    )
     rigid = model.linearize().frf(*script, [0.5]).response
     model.replace_with_flexible("flexure", reduced, zeta=0.005)
     assert model.connections["mount"].item2 == "flexure.base"
@@ -236,7 +253,9 @@ def test_mean_motion_of_a_free_flexible_body_is_newtons(reduced):
     model = ibs.Model("free")
     model.flexible_body("flexure", reduced)
     system = model.linearize()
-    frf = system.frf([ibs.Force("flexure", "y"), ibs.Force("flexure.tip", "y")], ibs.Sensor("flexure", "y"), [5.0, 800.0])
+    frf = system.frf(
+        [ibs.Force("flexure", "y"), ibs.Force("flexure.tip", "y")], ibs.Sensor("flexure", "y"), [5.0, 800.0]
+    )
     np.testing.assert_allclose(frf.response[0, 0], 1 / reduced.mass, rtol=1e-9)
     # wherever it acts, a force moves the centre of gravity by F / m, elastic or not
     np.testing.assert_allclose(frf.response[0, 1], 1 / reduced.mass, rtol=1e-7)

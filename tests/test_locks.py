@@ -16,7 +16,14 @@ def two_boxes(stiffness, axes=None):
     model.fixation("ground", position=(0, 0, -0.1))
     model.rigid_body("lower", mass=3.0, cog=(0, 0, 0), inertia=(0.02, 0.03, 0.04, 0.001, 0, 0))
     model.rigid_body("upper", mass=1.0, cog=(0.02, 0.01, 0.2), inertia=(0.005, 0.006, 0.007, 0, 0, 0.0005))
-    model.connection("mount", "ground", "lower", position1=(0, 0, -0.05), stiffness=(1e5, 2e5, 3e5, 100, 200, 300), zeta=0.01)
+    model.connection(
+        "mount",
+        "ground",
+        "lower",
+        position1=(0, 0, -0.05),
+        stiffness=(1e5, 2e5, 3e5, 100, 200, 300),
+        zeta=0.01,
+    )
     model.connection("joint", "lower", "upper", position1=(0.01, 0, 0.1), stiffness=stiffness, axes=axes, zeta=0.01)
     return model
 
@@ -58,10 +65,21 @@ def test_a_body_locked_to_a_fixation_brings_base_mass():
     model.rigid_body("plate", mass=5.0, cog=(0.1, 0, 0.05), inertia=(0.05, 0.05, 0.05, 0, 0, 0))
     model.rigid_body("mirror", mass=1.0, cog=(0, 0, 0.2), inertia=(0.001, 0.001, 0.001, 0, 0, 0))
     model.connection("bolts", "table", "plate", position1=(0, 0, 0), stiffness=(INF,) * 6)
-    model.connection("flexure", "plate", "mirror", position1=(0, 0, 0.1), stiffness=(1e5, 1e5, 1e6, 500, 500, 300), zeta=0.01)
+    model.connection(
+        "flexure",
+        "plate",
+        "mirror",
+        position1=(0, 0, 0.1),
+        stiffness=(1e5, 1e5, 1e6, 500, 500, 300),
+        zeta=0.01,
+    )
     system = model.linearize()
     assert all(name.startswith("mirror.") for name in system.coordinates)
-    low = system.frf(ibs.BaseMotion("table", "rx"), [ibs.Sensor("plate", "z", (0, 0.3, 0)), ibs.Sensor("mirror", "y")], [1e-3])
+    low = system.frf(
+        ibs.BaseMotion("table", "rx"),
+        [ibs.Sensor("plate", "z", (0, 0.3, 0)), ibs.Sensor("mirror", "y")],
+        [1e-3],
+    )
     np.testing.assert_allclose(low.response[:, 0, 0], [0.3, -0.2], rtol=1e-6)
 
 

@@ -15,7 +15,12 @@ def mirror_on(stiffness, **more):
     model = ibs.Model("m")
     model.fixation("ground")
     model.rigid_body("mirror", mass=0.3, cog=(0, 0, 0.05), inertia=SMALL)
-    model.connection("flexure", "ground", "mirror", **{"position1": (0, 0, 0.05), "stiffness": stiffness, "zeta": 0.01, **more})
+    model.connection(
+        "flexure",
+        "ground",
+        "mirror",
+        **{"position1": (0, 0, 0.05), "stiffness": stiffness, "zeta": 0.01, **more},
+    )
     return model
 
 

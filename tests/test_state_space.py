@@ -13,7 +13,8 @@ FREQUENCIES = np.geomspace(0.5, 300, 12)
 def response(space, frequencies):
     eye = np.eye(len(space.A))
     return np.stack(
-        [space.C @ np.linalg.solve(2j * np.pi * f * eye - space.A, space.B) + space.D for f in frequencies], axis=-1
+        [space.C @ np.linalg.solve(2j * np.pi * f * eye - space.A, space.B) + space.D for f in frequencies],
+        axis=-1,
     )
 
 
@@ -21,7 +22,11 @@ def response(space, frequencies):
 @pytest.mark.parametrize("quantity", ["displacement", "velocity", "acceleration"])
 def test_base_motion_and_forces(damper, quantity):
     system = RandomAssembly(3, count=3, zeta=0.01, damper=damper, k=(4, 6)).model(ibs).linearize()
-    inputs = [ibs.Force("b0", "x"), ibs.BaseMotion("ground", "ry", quantity), ibs.BaseMotion("ground", "z", quantity)]
+    inputs = [
+        ibs.Force("b0", "x"),
+        ibs.BaseMotion("ground", "ry", quantity),
+        ibs.BaseMotion("ground", "z", quantity),
+    ]
     outputs = [ibs.Sensor("b1", "y", quantity="displacement"), ibs.Sensor("b2", "rx", quantity=quantity)]
     if damper and quantity == "displacement":
         outputs = outputs[:1]
@@ -40,13 +45,23 @@ def test_locked_base_brings_mass_coupling():
     model.fixation("ground")
     model.rigid_body("plate", mass=2.0, cog=(0.1, 0, 0), inertia=(0.1, 0.1, 0.1, 0, 0, 0))
     model.rigid_body("top", mass=1.0, cog=(0, 0.1, 0.2), inertia=(0.01, 0.01, 0.01, 0, 0, 0))
-    model.connection("bolts", "ground", "plate", position1=(0, 0, 0), stiffness=(np.inf, np.inf, np.inf, 1e3, 1e3, 1e3), zeta=0.01)
+    model.connection(
+        "bolts",
+        "ground",
+        "plate",
+        position1=(0, 0, 0),
+        stiffness=(np.inf, np.inf, np.inf, 1e3, 1e3, 1e3),
+        zeta=0.01,
+    )
     model.connection("spring", "plate", "top", position1=(0, 0, 0.1), stiffness=(1e4, 1e4, 1e4, 50, 60, 70), zeta=0.02)
     system = model.linearize()
     assert system.M_base.any()
     for quantity in ("velocity", "acceleration"):
         inputs = [ibs.BaseMotion("ground", "x", quantity), ibs.BaseMotion("ground", "rz", quantity)]
-        outputs = [ibs.Sensor("top", "y", quantity="displacement"), ibs.Sensor("plate", "x", quantity="velocity")]
+        outputs = [
+            ibs.Sensor("top", "y", quantity="displacement"),
+            ibs.Sensor("plate", "x", quantity="velocity"),
+        ]
         got = response(system.to_state_space(inputs, outputs), FREQUENCIES)
         expected = system.frf(inputs, outputs, FREQUENCIES).response
         np.testing.assert_allclose(got, expected, atol=1e-8 * np.abs(expected).max())

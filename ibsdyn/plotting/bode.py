@@ -13,9 +13,7 @@ if TYPE_CHECKING:
     from ibsdyn.frequency_response import FrequencyResponse
 
 
-def plot_bode(
-    frf: FrequencyResponse, axes: Sequence[Axes] | np.ndarray | None, label: str | None
-) -> np.ndarray:
+def plot_bode(frf: FrequencyResponse, axes: Sequence[Axes] | np.ndarray | None, label: str | None) -> np.ndarray:
     """Draw every response of ``frf``; see ``FrequencyResponse.plot``.
 
     Raises
@@ -42,10 +40,20 @@ def plot_bode(
             phase.set_xlabel("frequency [Hz]")
             for panel in (magnitude, phase):
                 panel.grid(True, which="both", alpha=0.25, linewidth=0.5)
+                _plain_hertz(panel)
                 panel.set_xlim(frf.frequencies[frf.frequencies > 0].min(initial=np.inf), frf.frequencies.max())
             if label is not None:
                 magnitude.legend(loc="best", fontsize="small")
     return grid
+
+
+def _plain_hertz(panel: Axes) -> None:
+    """Label 20, 50, 100, 200 ... rather than powers of ten: resonances are read off this axis."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    panel.xaxis.set_major_locator(LogLocator(base=10, subs=(1.0, 2.0, 5.0)))
+    panel.xaxis.set_major_formatter(FuncFormatter(lambda hertz, _: f"{hertz:g}"))
+    panel.xaxis.set_minor_formatter(NullFormatter())
 
 
 def _new_axes(n_out: int, n_in: int) -> np.ndarray:

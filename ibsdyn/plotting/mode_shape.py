@@ -1,14 +1,15 @@
-"""A mode as a stick model: bodies as spiders from their frame to their connections, springs as dots between."""
+"""A mode in space: rigid bodies as boxes of their inertia, flexible bodies as their mesh, connections as springs."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ibsdyn.assembly import Assembly
 from ibsdyn.axes import Array
-from ibsdyn.components import FlexibleBody
+from ibsdyn.components import FlexibleBody, RigidBody
 
 if TYPE_CHECKING:
     from mpl_toolkits.mplot3d import Axes3D
@@ -16,7 +17,26 @@ if TYPE_CHECKING:
     from ibsdyn.modes import Modes
 
 # The largest motion is drawn as this share of the model's size.
-DRAWN_SHARE = 0.15
+DRAWN_SHARE = 0.12
+# Two triangles for each of the six faces of a box whose corners are numbered in binary, x slowest.
+_BOX = np.array(
+    [
+        (0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1),
+        (2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3),
+    ]
+)  # fmt: skip
+_BOX_EDGES = np.array([(a, b) for a in range(8) for b in range(a, 8) if bin(a ^ b).count("1") == 1])
+
+
+@dataclass(frozen=True, eq=False)
+class _Drawn:
+    """Something to draw: points (p, 3), their motion (p, 3), triangles and lines between them, whose it is."""
+
+    name: str
+    points: Array
+    motion: Array
+    triangles: np.ndarray | None
+    lines: np.ndarray
 
 
 def plot_mode_shape(modes: Modes, mode: int, axes: Axes3D | None, scale: float | None) -> Axes3D:
@@ -24,81 +44,95 @@ def plot_mode_shape(modes: Modes, mode: int, axes: Axes3D | None, scale: float |
     if axes is None:
         import matplotlib.pyplot as plt
 
-        figure = plt.figure(figsize=(6, 5.5), layout="constrained")
+        figure = plt.figure(figsize=(6.5, 5.5), layout="constrained")
         axes = figure.add_subplot(projection="3d")
     assembly = modes._assembly
-    shape = modes._full_shapes[:, mode - 1]
-    sticks = _sticks(assembly, shape)
-    surfaces = _surfaces(assembly, shape)
-    at_rest = np.vstack([s[1] for s in sticks] + [s[1] for s in surfaces])
-    moved_by = np.vstack([s[2] for s in sticks] + [s[2] for s in surfaces])
-    size = float(np.linalg.norm(np.ptp(at_rest, axis=0)))
-    largest = float(np.linalg.norm(moved_by, axis=1).max())
+    drawn = _drawn(assembly, modes._full_shapes[:, mode - 1])
+    points = np.vstack([part.points for part in drawn])
+    motion = np.vstack([part.motion for part in drawn])
+    size = float(np.linalg.norm(np.ptp(points, axis=0)))
+    largest = float(np.linalg.norm(motion, axis=1).max())
     if scale is None:
         scale = DRAWN_SHARE * size / largest if largest > 0 else 0.0
-    names = [item.name for item in [*assembly.bodies, *assembly.fixations]]
-    colours = {name: f"C{i % 10}" for i, name in enumerate(names)}
-    for name, points, motion in sticks:
-        axes.plot(*(1e3 * points.T), color="0.75", linewidth=1.0)
-        axes.plot(*(1e3 * (points + scale * motion).T), color=colours[name], linewidth=2.0, marker="o", markersize=3)
-    for name, points, motion, triangles in surfaces:
-        deformed = 1e3 * (points + scale * motion)
-        axes.plot_trisurf(
-            *deformed.T, triangles=triangles, color=colours[name], alpha=0.55, linewidth=0.1, edgecolor="0.3"
-        )
-    for name in names:
-        axes.plot([], [], [], color=colours[name], linewidth=2.0, label=name)
-    _equal_scales(axes, 1e3 * np.vstack([at_rest, at_rest + scale * moved_by]))
+    colours = {item.name: f"C{i % 10}" for i, item in enumerate(assembly.bodies)}
+    for part in drawn:
+        _draw(axes, part, scale, colours.get(part.name, "0.2"))
+    for name, colour in colours.items():
+        axes.plot([], [], [], color=colour, linewidth=5, alpha=0.7, label=name)
+    for fixation in assembly.fixations:
+        x, y, z = 1e3 * assembly.frames[fixation.name]
+        axes.scatter([x], [y], [z], color="k", marker="^", s=40, label=fixation.name)
+    _equal_scales(axes, 1e3 * np.vstack([points, points + scale * motion]))
     axes.set_xlabel("x [mm]")
     axes.set_ylabel("y [mm]")
     axes.set_zlabel("z [mm]")
     axes.set_title(f"mode {mode}: {modes.frequencies[mode - 1]:.4g} Hz", fontsize="medium")
-    axes.legend(loc="upper left", fontsize="small")
+    axes.legend(loc="upper left", bbox_to_anchor=(-0.12, 1.0), fontsize="small", frameon=False)
     return axes
 
 
-def _sticks(assembly: Assembly, shape: Array) -> list[tuple[str, Array, Array]]:
-    """Return (item, points (p, 3), motion (p, 3)) of each line to draw."""
-    sticks = []
+def _drawn(assembly: Assembly, shape: Array) -> list[_Drawn]:
+    drawn = []
+    for item in assembly.bodies:
+        if isinstance(item, RigidBody):
+            corners = _box_of(item)
+            drawn.append(_Drawn(item.name, corners, _motion(assembly, item.name, corners, shape), _BOX, _BOX_EDGES))
+        elif isinstance(item, FlexibleBody):
+            drawn.append(_flexible(assembly, item, shape))
     for joint in assembly.joints:
-        for end in (joint.connection.item1, joint.connection.item2):
-            owner = end.split(".", 1)[0]
-            points = np.array([assembly.frames[end], joint.centre])
-            sticks.append(_stick(assembly, owner, end, points, shape))
-    for item in assembly.bodies:
-        if isinstance(item, FlexibleBody) and item.reduced.display is None:
-            ends = [f"{item.name}.{interface}" for interface in item.reduced.interfaces]
-            points = np.array([assembly.frames[end] for end in ends])
-            motion = np.array([(assembly.motion(end) @ shape)[:3] for end in ends])
-            sticks.append((item.name, points, motion))
-        elif not isinstance(item, FlexibleBody):
-            frame = assembly.frames[item.name][None, :]
-            sticks.append(_stick(assembly, item.name, item.name, frame, shape))
-    return sticks
+        # From each side's own place to the elastic centre, both ends with their own motion: the gap is the strain.
+        for end, position in (
+            (joint.connection.item1, joint.connection.position1),
+            (joint.connection.item2, joint.connection.position2),
+        ):
+            points = np.array([position, joint.centre], dtype=float)
+            drawn.append(_Drawn(joint.name, points, _motion(assembly, end, points, shape), None, np.array([(0, 1)])))
+    return drawn
 
 
-def _stick(assembly: Assembly, owner: str, end: str, points: Array, shape: Array) -> tuple[str, Array, Array]:
-    motion = np.array([(assembly.motion(end, p) @ shape)[:3] for p in points])
-    return owner, points, motion
+def _flexible(assembly: Assembly, body: FlexibleBody, shape: Array) -> _Drawn:
+    display = getattr(body.reduced, "display", None)
+    if display is not None:
+        motion = (display.basis @ shape[assembly.places[body.name]]).reshape(-1, 3)
+        return _Drawn(body.name, display.points, motion, display.triangles, np.zeros((0, 2), dtype=int))
+    ends = [f"{body.name}.{interface}" for interface in body.reduced.interfaces]
+    points = np.array([assembly.frames[end] for end in ends])
+    motion = np.array([(assembly.motion(end) @ shape)[:3] for end in ends])
+    lines = np.array([(i, i + 1) for i in range(len(ends) - 1)]).reshape(-1, 2)
+    return _Drawn(body.name, points, motion, None, lines)
 
 
-def _surfaces(assembly: Assembly, shape: Array) -> list[tuple[str, Array, Array, np.ndarray]]:
-    """Return (item, points, motion, triangles) of each flexible body that knows its surface."""
-    surfaces = []
-    for item in assembly.bodies:
-        if isinstance(item, FlexibleBody) and item.reduced.display is not None:
-            display = item.reduced.display
-            motion = (display.basis @ shape[assembly.places[item.name]]).reshape(-1, 3)
-            surfaces.append((item.name, display.points, motion, display.triangles))
-    return surfaces
+def _motion(assembly: Assembly, item: str, points: Array, shape: Array) -> Array:
+    return np.array([(assembly.motion(item, point) @ shape)[:3] for point in points])
+
+
+def _box_of(body: RigidBody) -> Array:
+    """Return the eight corners [m] of the homogeneous box with the body's mass and inertia."""
+    moments, axes = np.linalg.eigh(body.inertia_tensor)
+    squares = 6.0 / body.mass * (moments.sum() - 2.0 * moments)
+    half = 0.5 * np.sqrt(squares.clip(0.0))
+    signs = np.array([[i >> 2 & 1, i >> 1 & 1, i & 1] for i in range(8)]) * 2 - 1
+    corners: Array = np.array(body.cog) + (signs * half) @ axes.T
+    return corners
+
+
+def _draw(axes: Axes3D, part: _Drawn, scale: float, colour: str) -> None:
+    rest, moved = 1e3 * part.points, 1e3 * (part.points + scale * part.motion)
+    for a, b in part.lines:
+        axes.plot(*rest[[a, b]].T, color="0.7", linewidth=0.7)
+        axes.plot(*moved[[a, b]].T, color=colour, linewidth=1.2)
+    if part.triangles is not None:
+        axes.plot_trisurf(
+            *moved.T, triangles=part.triangles, color=colour, alpha=0.45, linewidth=0, antialiased=False, shade=True
+        )
 
 
 def _equal_scales(axes: Axes3D, points: Array) -> None:
     low, high = points.min(axis=0), points.max(axis=0)
-    middle, half = (low + high) / 2, max(float((high - low).max()) / 2, 1e-3)
-    axes.set_xlim(middle[0] - half, middle[0] + half)
-    axes.set_ylim(middle[1] - half, middle[1] + half)
-    axes.set_zlim(middle[2] - half, middle[2] + half)
-    axes.set_box_aspect((1, 1, 1))
-
-
+    span = np.maximum(high - low, 0.25 * float((high - low).max()))
+    middle = (low + high) / 2
+    axes.set_xlim(middle[0] - span[0] / 2, middle[0] + span[0] / 2)
+    axes.set_ylim(middle[1] - span[1] / 2, middle[1] + span[1] / 2)
+    axes.set_zlim(middle[2] - span[2] / 2, middle[2] + span[2] / 2)
+    axes.set_box_aspect(tuple(span), zoom=0.92)  # room for the axis labels
+    axes.locator_params(nbins=4)

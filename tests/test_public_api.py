@@ -1,0 +1,91 @@
+"""What a user can see: every public name documented, every parameter named in its docstring."""
+
+import inspect
+
+import pytest
+
+import fem_import as fi
+import ibsdyn as ibs
+
+FUNCTIONS = [
+    ibs.Model.__init__,
+    ibs.Model.fixation,
+    ibs.Model.rigid_body,
+    ibs.Model.flexible_body,
+    ibs.Model.connection,
+    ibs.Model.replace_with_flexible,
+    ibs.Model.linearize,
+    ibs.LinearSystem.frf,
+    ibs.FrequencyResponse.plot,
+    ibs.Modes.plot,
+    ibs.Modes.plot_shape,
+    ibs.Force.__init__,
+    ibs.Torque.__init__,
+    ibs.BaseMotion.__init__,
+    ibs.Sensor.__init__,
+    ibs.required_stiffness,
+    fi.reduce,
+]
+
+
+@pytest.mark.parametrize("function", FUNCTIONS, ids=lambda f: f.__qualname__)
+def test_every_parameter_is_documented(function):
+    owner = function
+    if function.__name__ == "__init__":  # a class documents its constructor's parameters itself
+        owner = {f.__init__: f for f in (ibs.Model, ibs.Force, ibs.Torque, ibs.BaseMotion, ibs.Sensor)}[function]
+    text = inspect.getdoc(owner) or ""
+    for name in inspect.signature(function).parameters:
+        if name != "self":
+            assert f"{name} :" in text or f"{name}," in text or f", {name} :" in text, f"{name} is not documented"
+
+
+@pytest.mark.parametrize("package", [ibs, fi])
+def test_every_public_name_has_a_docstring(package):
+    for name in package.__all__:
+        public = getattr(package, name)
+        assert inspect.getdoc(public), name
+        if inspect.isclass(public) and not issubclass(public, Exception):
+            for member, value in vars(public).items():
+                if not member.startswith("_") and (inspect.isfunction(value) or isinstance(value, property)):
+                    assert inspect.getdoc(value), f"{name}.{member}"
+
+
+@pytest.mark.parametrize("package", [ibs, fi])
+def test_every_error_is_also_the_built_in_a_caller_expects(package):
+    builtin = (ValueError, KeyError, OSError, ImportError, TypeError, RuntimeError, Warning)
+    for name in package.__all__:
+        public = getattr(package, name)
+        if inspect.isclass(public) and issubclass(public, Exception):
+            base = name in ("IbsdynError", "FemImportError")
+            assert base or issubclass(public, builtin), name
+
+
+def test_results_are_frozen():
+    model = ibs.Model("m", axis="x")
+    model.fixation("wall")
+    body = model.rigid_body("m", mass=1.0)
+    model.connection("k", "wall", "m", stiffness=4.0, zeta=0.01)
+    system = model.linearize()
+    frf = system.frf(ibs.Force("m", "x"), ibs.Sensor("m", "x"), [1.0])
+    for result, field in ((body, "inertia"), (system, "K"), (system.modes(), "frequencies"), (frf, "response")):
+        with pytest.raises(AttributeError):
+            setattr(result, field, None)
+    with pytest.raises(TypeError):
+        model.items["m"] = body
+
+
+def test_models_print_their_table_of_components():
+    model = ibs.Model("module")
+    model.fixation("platform", position=(0, 0, 0.01))
+    model.rigid_body("mirror", mass=0.25, cog=(0, 0, 0.08), inertia=(1e-4, 1e-4, 2e-4, 0, 0, 0))
+    model.connection(
+        "mount", "platform", "mirror", position1=(0, 0, 0.05), stiffness=(1e6,) * 3 + (1e3,) * 3, zeta=0.01
+    )
+    text = str(model)
+    for words in ("module (3-D)", "position (0, 0, 0.01) m", "0.25 kg", "kzz 1000", "zeta 0.01", "Izz 0.0002"):
+        assert words in text
+    assert repr(model) == "Model('module', 3-D, 2 items, 1 connections)"
+    twin = model.copy("other")
+    twin.remove("mount")
+    assert "mount" in model.connections
+    assert "mount" not in twin.connections

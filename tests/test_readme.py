@@ -1,0 +1,38 @@
+"""The README's code runs as it is printed."""
+
+import re
+import shutil
+from pathlib import Path
+
+import matplotlib.image
+
+ROOT = Path(__file__).parents[1]
+
+
+def test_first_model_and_fe_part_run_as_printed(tmp_path, monkeypatch, capsys):
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
+    assert len(blocks) == 2
+    for export in (ROOT / "examples" / "mirror_flexure").iterdir():
+        shutil.copy(export, tmp_path)
+    monkeypatch.chdir(tmp_path)
+    names = {}
+    exec(compile(blocks[0], "README.md", "exec"), names)
+    assert matplotlib.image.imread("transmissibility.png").shape[0] > 300
+    printed = capsys.readouterr().out
+    assert "nothing to remark" in printed
+    assert names["system"].modes().frequencies[0] > 30
+    # the second block shows two ways to add one part; each goes into a model of its own
+    reading, first, second = re.split(r"\n(?=model\.)", blocks[1])
+    exec(compile(reading, "README.md", "exec"), names)
+    assert names["body"].mass > 0.08
+    names["model"].copy().flexible_body("flexure", names["body"])
+    exec(compile(first, "README.md", "exec"), names)
+    names["model"].remove("flexure")
+    names["model"].rigid_body("flexure", mass=0.08, cog=(0.016, 0, 0), inertia=(2e-5, 3e-5, 3.6e-5, 0, 0, 0))
+    exec(compile(second, "README.md", "exec"), names)
+    assert "flexure" in names["model"].items
+
+
+def test_pictures_exist():
+    for picture in re.findall(r"!\[.*?\]\((.*?)\)", (ROOT / "README.md").read_text(encoding="utf-8")):
+        assert (ROOT / picture).is_file(), picture
