@@ -1,0 +1,45 @@
+"""An FEA export in, a reduced body out.
+
+part = fi.read("flexure.inp")
+print(part.report())
+body = fi.reduce(part, interfaces={"base": "BASE", "tip": "TIP"}, max_frequency=2000.0)
+"""
+
+from fem_import.errors import (
+    ExportError,
+    ExportWarning,
+    FemImportError,
+    InterfaceError,
+    MissingFileError,
+    ReductionError,
+    UnknownNameError,
+)
+from fem_import.export_report import ExportReport
+from fem_import.fe_model import FEModel
+from fem_import.inertia_integrals import InertiaIntegrals
+from fem_import.interfaces import Interface
+from fem_import.mode_check import ModeCheck, mode_check
+from fem_import.readers import read, read_calculix
+from fem_import.reduced_body import InterfaceFrame, ReducedBody
+from fem_import.reduction import reduce
+
+__all__ = [
+    "ExportError",
+    "ExportReport",
+    "ExportWarning",
+    "FEModel",
+    "FemImportError",
+    "InertiaIntegrals",
+    "Interface",
+    "InterfaceError",
+    "InterfaceFrame",
+    "MissingFileError",
+    "ModeCheck",
+    "ReducedBody",
+    "ReductionError",
+    "UnknownNameError",
+    "mode_check",
+    "read",
+    "read_calculix",
+    "reduce",
+]

@@ -1,0 +1,401 @@
+"""FEModel: the matrices, nodes, DoF table and node sets of one finite-element part, checked and in SI."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, NoReturn, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import linalg, sparse
+
+from fem_import.errors import ExportError, refuse_unknown_keywords
+from fem_import.export_report import MINIMUM_DIGITS, ExportReport
+from fem_import.names import NamedItems
+from fem_import.rigid_motion import MassProperties, mass_properties, rigid_motion_of_dofs
+from fem_import.units import unit_system
+
+FloatArray: TypeAlias = NDArray[np.float64]
+IntArray: TypeAlias = NDArray[np.int64]
+SparseMatrix: TypeAlias = "sparse.csr_array[Any, tuple[int, int]]"
+
+_SYMMETRY_TOLERANCE = 1e-6  # printed triangles may differ in their last digit, physics does not make them
+_PENALTY_RATIO = 1e10
+_PENALTY = 1e30  # no stiffness or mass in any unit system; programs write 1e36
+_KEYWORDS = ("K", "M", "positions", "dofs", "node_ids", "node_sets", "C", "units", "source", "digits")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class FEModel:
+    """One part as exported by an FEA program. Make it with a reader or with `from_arrays`, which check it.
+
+    K, M, C: (n, n) full symmetric sparse arrays, SI (C None where nothing damps); node_ids (n_nodes,);
+    positions (n_nodes, 3) [m], global; dofs (n, 2): node label and direction 1..6 (x, y, z, rx, ry, rz) of
+    each row; node_sets: {name: labels}; source: where it comes from; digits: printed ones or None; units: of
+    the export (the model itself is SI); symmetry_residual: of the exported K, before it was made exact.
+    """
+
+    K: SparseMatrix
+    M: SparseMatrix
+    C: SparseMatrix | None
+    node_ids: IntArray
+    positions: FloatArray
+    dofs: IntArray
+    node_sets: NamedItems[IntArray]
+    source: str
+    digits: int | None
+    units: str
+    symmetry_residual: float
+
+    @classmethod
+    def from_arrays(
+        cls,
+        K: Any,
+        M: Any,
+        positions: ArrayLike,
+        dofs: ArrayLike | int,
+        node_ids: ArrayLike | None = None,
+        node_sets: Mapping[str, ArrayLike] | None = None,
+        C: Any = None,
+        units: str = "SI",
+        *,
+        source: str = "arrays",
+        digits: int | None = None,
+        **unknown: NoReturn,
+    ) -> FEModel:
+        """Check arrays of any FEA program and make an FEModel of them.
+
+        K, M, C: (n, n), sparse or dense, both triangles. positions: (n_nodes, 3). dofs: (n, 2) node label and
+        direction 1..6 of each row; or 3 or 6, the DoF of every node in node order. node_ids: labels, default
+        1..n_nodes. node_sets: {name: labels}. units: "SI", "mm-t-s", "mm-kg-s" or "in-lbf-s", of everything
+        given. Raises ExportError (what is wrong, where, how to mend it) and UnknownNameError.
+        """
+        refuse_unknown_keywords("FEModel.from_arrays", unknown, _KEYWORDS)
+        system = unit_system(units)
+        coordinates = _checked_positions(positions)
+        labels = _checked_labels(node_ids, len(coordinates))
+        table = _checked_dofs(dofs, labels)
+        n_dofs = len(table)
+        stiffness = _checked_matrix("K", K, n_dofs)
+        mass = _checked_matrix("M", M, n_dofs)
+        damping = None if C is None else _checked_matrix("C", C, n_dofs)
+        _refuse_bad_diagonals(stiffness, mass, table)
+
+        stiffness, symmetry_residual = _symmetric("K", stiffness, table)
+        mass, _ = _symmetric("M", mass, table)
+        scale = sparse.diags_array(system.stiffness_scale(table[:, 1]))
+        if damping is not None:
+            damping, _ = _symmetric("C", damping, table)
+            damping = sparse.csr_array(scale @ damping @ scale) * system.time
+        return cls(
+            K=sparse.csr_array(scale @ stiffness @ scale),
+            M=sparse.csr_array(scale @ mass @ scale) * system.time**2,
+            C=damping,
+            node_ids=_frozen(labels),
+            positions=_frozen(coordinates * system.length),
+            dofs=_frozen(table),
+            node_sets=_checked_sets(node_sets or {}, labels),
+            source=source,
+            digits=digits,
+            units=units,
+            symmetry_residual=symmetry_residual,
+        )
+
+    def __repr__(self) -> str:
+        """Return one line: source, nodes, DoF, sets."""
+        sets = ", ".join(self.node_sets) or "none"
+        return f"FEModel({self.source}: {len(self.node_ids)} nodes, {len(self.dofs)} DoF, node sets {sets})"
+
+    def dof_nodes(self) -> IntArray:
+        """Return the index into node_ids and positions of each row of K, (n,)."""
+        return _indices_of(self.node_ids, self.dofs[:, 0])
+
+    def rigid_body_motion(self, origin: ArrayLike = (0.0, 0.0, 0.0)) -> FloatArray:
+        """Return R (n, 6): all DoF per unit translation and small rotation about `origin`."""
+        return rigid_motion_of_dofs(self.positions[self.dof_nodes()], self.dofs[:, 1], origin)
+
+    def mass_properties(self) -> MassProperties:
+        """Return mass, centre of gravity and inertia of what the DoF carry."""
+        origin = self.positions[self.dof_nodes()].mean(axis=0)
+        motion = self.rigid_body_motion(origin)
+        return mass_properties(motion.T @ (self.M @ motion), origin)
+
+    def report(self) -> ExportReport:
+        """Prove the import: mass, CoG, inertia, rigid-body residual, symmetry, digits, findings in words."""
+        properties = self.mass_properties()
+        motion = self.rigid_body_motion(properties.centre_of_mass)
+        arm = np.sqrt(np.mean(np.sum((self.positions - properties.centre_of_mass) ** 2, axis=1))) or 1.0
+        motion = motion / np.array([1.0, 1.0, 1.0, arm, arm, arm])
+        forces = self.K @ motion
+        # Row by row against what cancels in it: a soft leaf beside a stiff block is judged by its own
+        # stiffness.
+        row_sums = abs(self.K) @ np.max(abs(motion), axis=1)
+        residual = np.max(abs(forces) / row_sums[:, None], axis=0)
+        support = self._support(residual)
+        return ExportReport(
+            source=self.source,
+            units=self.units,
+            n_nodes=len(self.node_ids),
+            n_dofs=len(self.dofs),
+            mass_per_axis=properties.mass_per_axis,
+            centre_of_mass=properties.centre_of_mass,
+            inertia=properties.inertia,
+            rigid_body_residual=residual,
+            rigid_body_frequencies=_rayleigh_frequencies(motion.T @ forces, motion.T @ (self.M @ motion)),
+            symmetry_residual=self.symmetry_residual,
+            digits=self.digits,
+            support=support,
+            node_sets=tuple(self.node_sets),
+            findings=tuple(self._findings(properties, residual, support)),
+        )
+
+    def _support(self, residual: FloatArray) -> str:
+        # Rotations also feel the printed digits of the coordinates, so they get more room.
+        printed = 0.0 if self.digits is None else 10.0 ** (2 - self.digits)
+        if np.all(residual[:3] < max(1e-9, printed)) and np.all(residual[3:] < max(1e-6, printed)):
+            return "free"
+        return "held" if residual.max() > 1e-3 else "unclear"
+
+    def _findings(self, properties: MassProperties, residual: FloatArray, support: str) -> list[str]:
+        findings = []
+        if support == "held":
+            findings.append(
+                "The part is held to ground in the export (constrained DoF are absent), so it cannot move "
+                "as a "
+                "rigid body; mass, CoG and inertia count only the DoF that are present."
+            )
+        elif support == "unclear":
+            findings.append(
+                f"Rigid-body motions leave {residual.max():.1e} of the row's stiffness: neither free (under "
+                "1e-9) "
+                "nor clearly held. Soft springs to ground, or too few printed digits? It is treated as held."
+            )
+        spread = float(np.ptp(properties.mass_per_axis))
+        if properties.mass <= 0.0:
+            findings.append("The mass matrix carries no mass in translation. Is the density missing?")
+        elif spread > 1e-6 * properties.mass and support == "free":
+            findings.append(
+                f"The mass differs by axis: {properties.mass_per_axis[0]:.6g}, "
+                f"{properties.mass_per_axis[1]:.6g}, "
+                f"{properties.mass_per_axis[2]:.6g} kg. DoF without mass, or an inertia that acts one way?"
+            )
+        if self.digits is not None and self.digits < MINIMUM_DIGITS:
+            findings.append(
+                f"Printed with {self.digits} digits; at least {MINIMUM_DIGITS} keep the rigid-body modes of "
+                "a "
+                "flexure at zero. Export with more digits or in binary."
+            )
+        if self.symmetry_residual > 1e-9:
+            findings.append(f"K was unsymmetric by {self.symmetry_residual:.1e} and was averaged with its transpose.")
+        massless = int(np.count_nonzero(self.M.diagonal() == 0.0))
+        if massless:
+            findings.append(f"{massless} of {len(self.dofs)} DoF have no mass.")
+        return findings
+
+
+def _rayleigh_frequencies(stiffness: FloatArray, mass: FloatArray) -> FloatArray:
+    """Return the six frequencies [Hz] of rigid motions alone; nan where the mass cannot tell."""
+    if np.any(np.diag(mass) <= 0.0):
+        return np.full(6, np.nan)
+    weights = 1.0 / np.sqrt(np.outer(np.diag(mass), np.diag(mass)))
+    try:
+        values = linalg.eigh(stiffness * weights, mass * weights, eigvals_only=True)
+    except linalg.LinAlgError:
+        return np.full(6, np.nan)
+    return np.asarray(np.sqrt(abs(values)) / (2.0 * np.pi))
+
+
+def _frozen(array: Any) -> Any:
+    array = np.array(array)
+    array.setflags(write=False)
+    return array
+
+
+def _indices_of(labels: IntArray, wanted: IntArray) -> IntArray:
+    """Return where each wanted label (all known) stands in `labels`."""
+    order = np.argsort(labels, kind="stable")
+    return np.asarray(order[np.searchsorted(labels[order], wanted)], dtype=np.int64)
+
+
+def _as_integers(what: str, values: ArrayLike) -> IntArray:
+    try:
+        array = np.asarray(values)
+        as_float = array.astype(np.float64)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise ExportError(f"{what} must be whole numbers; {error}.") from None
+    if array.size and (not np.all(np.isfinite(as_float)) or np.any(as_float != np.floor(as_float))):
+        bad = array[(~np.isfinite(as_float)) | (as_float != np.floor(as_float))].ravel()[0]
+        raise ExportError(f"{what} must be whole numbers; found {bad!s}.")
+    return array.astype(np.int64)
+
+
+def _checked_positions(positions: ArrayLike) -> FloatArray:
+    try:
+        coordinates = np.asarray(positions, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise ExportError(f"positions must be an (n_nodes, 3) array of numbers; {error}.") from None
+    if coordinates.ndim != 2 or coordinates.shape[1] != 3 or len(coordinates) == 0:
+        raise ExportError(f"positions must be (n_nodes, 3), one row a node; got shape {coordinates.shape}.")
+    if not np.all(np.isfinite(coordinates)):
+        row = int(np.flatnonzero(~np.isfinite(coordinates).all(axis=1))[0])
+        raise ExportError(f"The position of node row {row} is not finite: {coordinates[row]}.")
+    return coordinates
+
+
+def _checked_labels(node_ids: ArrayLike | None, n_nodes: int) -> IntArray:
+    if node_ids is None:
+        return np.arange(1, n_nodes + 1, dtype=np.int64)
+    labels = _as_integers("node_ids", node_ids)
+    if labels.shape != (n_nodes,):
+        raise ExportError(f"node_ids must hold one label for each of the {n_nodes} positions; shape {labels.shape}.")
+    unique, counts = np.unique(labels, return_counts=True)
+    if len(unique) < n_nodes:
+        raise ExportError(f"Node label {unique[counts > 1][0]} occurs {counts.max()} times; labels must be unique.")
+    return labels
+
+
+def _checked_dofs(dofs: ArrayLike | int, labels: IntArray) -> IntArray:
+    if isinstance(dofs, (int, np.integer)):
+        if dofs not in (3, 6):
+            raise ExportError(f"dofs={dofs}: a number of DoF a node must be 3 or 6; else give the (n, 2) table.")
+        directions = np.arange(1, int(dofs) + 1, dtype=np.int64)
+        return np.column_stack([np.repeat(labels, int(dofs)), np.tile(directions, len(labels))])
+    table = _as_integers("dofs", dofs)
+    if table.ndim != 2 or table.shape[1] != 2 or len(table) == 0:
+        raise ExportError(f"dofs must be (n, 2): node label, direction 1..6 of each row; got shape {table.shape}.")
+    wrong = (table[:, 1] < 1) | (table[:, 1] > 6)
+    if np.any(wrong):
+        row = int(np.flatnonzero(wrong)[0])
+        raise ExportError(
+            f"dofs row {row}: direction {table[row, 1]} of node {table[row, 0]}; directions are 1..6 (x y z rx ry rz)."
+        )
+    unknown = ~np.isin(table[:, 0], labels)
+    if np.any(unknown):
+        row = int(np.flatnonzero(unknown)[0])
+        raise ExportError(f"dofs row {row} names node {table[row, 0]}, which has no position. Give all nodes.")
+    unique, counts = np.unique(table, axis=0, return_counts=True)
+    if len(unique) < len(table):
+        node, direction = unique[counts > 1][0]
+        raise ExportError(
+            f"DoF {node}.{direction} (node.direction) occurs {counts.max()} times; each row must be another DoF."
+        )
+    return table
+
+
+def _checked_sets(node_sets: Mapping[str, ArrayLike], labels: IntArray) -> NamedItems[IntArray]:
+    if not isinstance(node_sets, Mapping):
+        raise ExportError(f"node_sets must be a mapping {{name: labels}}; got {type(node_sets).__name__}.")
+    sets: dict[str, IntArray] = {}
+    for name, members in node_sets.items():
+        nodes = np.unique(_as_integers(f"Node set {name!r}", members))
+        unknown = nodes[~np.isin(nodes, labels)]
+        if len(unknown):
+            raise ExportError(f"Node set {name!r} names node {unknown[0]}, which does not exist ({len(unknown)} such).")
+        sets[str(name)] = _frozen(nodes)
+    return NamedItems("node set", sets)
+
+
+def _checked_matrix(name: str, matrix: Any, n_dofs: int) -> SparseMatrix:
+    if matrix is None:
+        raise ExportError(f"{name} is missing.")
+    try:
+        with np.errstate(all="ignore"):
+            # A copy: what follows works in place and must not touch the caller's matrix.
+            checked = sparse.csr_array(matrix, dtype=np.float64, copy=True)
+    except (TypeError, ValueError) as error:
+        raise ExportError(f"{name} must be a real (n, n) matrix, sparse or dense; {error}.") from None
+    if checked.shape != (n_dofs, n_dofs):
+        raise ExportError(f"{name} is {checked.shape}, but the DoF table has {n_dofs} rows; both must agree.")
+    checked.sum_duplicates()
+    if not np.all(np.isfinite(checked.data)):
+        entry = int(np.flatnonzero(~np.isfinite(checked.data))[0])
+        row = int(np.searchsorted(checked.indptr, entry, side="right") - 1)
+        raise ExportError(f"{name}[{row}, {checked.indices[entry]}] is {checked.data[entry]}; it must be finite.")
+    checked.eliminate_zeros()
+    if checked.nnz == 0:
+        cure = " Is the density missing, or did the analysis never form it?" if name == "M" else ""
+        if name != "C":
+            raise ExportError(f"{name} has no non-zero entry.{cure}")
+    return checked
+
+
+def _refuse_bad_diagonals(K: SparseMatrix, M: SparseMatrix, dofs: IntArray) -> None:
+    def dof(row: int) -> str:
+        return f"row {row} (node {dofs[row, 0]}, direction {dofs[row, 1]})"
+
+    for name, matrix in (("K", K), ("M", M)):
+        diagonal = matrix.diagonal()
+        if np.any(diagonal < 0.0):
+            row = int(np.argmin(diagonal))
+            raise ExportError(f"{name} has {diagonal[row]:.4g} on its diagonal in {dof(row)}; it cannot be negative.")
+    for name, matrix in (("K", K), ("M", M)):
+        entries = sparse.coo_array(matrix)
+        rows, columns = entries.row.astype(np.int64), entries.col.astype(np.int64)
+        root = np.sqrt(matrix.diagonal())
+        excess = abs(entries.data) - (1.0 + _SYMMETRY_TOLERANCE) * root[rows] * root[columns]
+        excess[rows == columns] = 0.0
+        if np.any(excess > 1e-12 * root.max() ** 2):
+            worst = int(np.argmax(excess))
+            raise ExportError(
+                f"{name}[{rows[worst]}, {columns[worst]}] is {entries.data[worst]:.4g}, more than the diagonals "
+                f"of {dof(int(rows[worst]))} and {dof(int(columns[worst]))} allow: {name} is not positive "
+                "semi-definite. Is the file damaged, or a row of another matrix?"
+            )
+    heavy = M.diagonal()
+    if np.any(heavy > _PENALTY):
+        raise ExportError(
+            f"M has {heavy.max():.3g} on the diagonal of {dof(int(np.argmax(heavy)))}: a penalty, not a mass. "
+            "Remove its rows and columns and their DoF."
+        )
+    stiff = K.diagonal()
+    null_rows = np.flatnonzero(stiff == 0.0)
+    if len(null_rows):
+        raise ExportError(
+            f"K has nothing on the diagonal of {len(null_rows)} rows, first {dof(int(null_rows[0]))}: a DoF "
+            "without "
+            "stiffness, or a constrained one that the export kept. Remove these rows and columns and their "
+            "DoF."
+        )
+    largest_neighbour = abs(K - sparse.diags_array(stiff)).max(axis=1).toarray().ravel()
+    for rotational in (False, True):
+        rows = np.flatnonzero((dofs[:, 1] > 3) == rotational)
+        if len(rows) == 0:
+            continue
+        typical = float(np.median(stiff[rows]))
+        alone = stiff[rows] > _PENALTY_RATIO * np.maximum(typical, largest_neighbour[rows])
+        huge = rows[alone | (stiff[rows] > _PENALTY)]
+        if len(huge):
+            row = int(huge[0])
+            raise ExportError(
+                f"K has {stiff[row]:.3g} on the diagonal of {dof(row)}, far above all else ({len(huge)} "
+                "such): a "
+                "penalty that stands for a constraint. Remove these rows and columns and their DoF."
+            )
+
+
+def _symmetric(name: str, matrix: SparseMatrix, dofs: IntArray) -> tuple[SparseMatrix, float]:
+    """Return the matrix made exactly symmetric and its scaled residual; refuse what is not symmetric."""
+    lower, upper = sparse.tril(matrix, -1).nnz, sparse.triu(matrix, 1).nnz
+    if (lower == 0) != (upper == 0):
+        given = "upper" if lower == 0 else "lower"
+        raise ExportError(
+            f"{name} holds only its {given} triangle. Give both: {name} + {name}.T - diag({name}.diagonal())."
+        )
+    difference = sparse.csr_array(matrix - matrix.T)
+    if difference.nnz == 0:
+        return matrix, 0.0
+    size = np.sqrt(abs(matrix.diagonal()))
+    size[size == 0.0] = np.sqrt(abs(matrix).max())
+    scaled = sparse.coo_array(difference)
+    rows, columns = scaled.row, scaled.col
+    relative = abs(scaled.data) / (size[rows] * size[columns])
+    worst = int(np.argmax(relative))
+    if relative[worst] > _SYMMETRY_TOLERANCE:
+        row, column = int(rows[worst]), int(columns[worst])
+        raise ExportError(
+            f"{name} is not symmetric: [{row}, {column}] and [{column}, {row}] differ by "
+            f"{scaled.data[worst]:.4g} "
+            f"(nodes {dofs[row, 0]} and {dofs[column, 0]}), {relative[worst]:.1e} of the diagonal."
+        )
+    return sparse.csr_array(0.5 * (matrix + matrix.T)), float(relative[worst])

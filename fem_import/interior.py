@@ -1,0 +1,129 @@
+"""The inside of a part with its interfaces held: one factorization for every static and modal question."""
+
+from __future__ import annotations
+
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg, sparse
+from scipy.sparse import csgraph
+
+from fem_import.errors import ReductionError
+from fem_import.factorization import factorize
+from fem_import.fe_model import FEModel
+from fem_import.interfaces import TiedInterface
+
+FloatArray: TypeAlias = NDArray[np.float64]
+IntArray: TypeAlias = NDArray[np.int64]
+SparseMatrix: TypeAlias = "sparse.csr_array[Any, tuple[int, int]]"
+
+
+class Interior:
+    """K and M over the rows not on rigid interfaces, with a solver that holds all interfaces.
+
+    Held means: nodes of rigid interfaces stand still, averaged frames A u = q are prescribed. The averages
+    are constraints with multipliers, bordered onto one factor of the sparse K: eliminating them would couple
+    every pair of their nodes. A part that is free and has averaged interfaces only is first grounded by
+    springs at six isostatic DoF. Self-balanced loads put no force into them, and the border makes all loads
+    so:
+
+        [A G A^T  -A R] [lambda]   [A G f - q]
+        [(A R)^T    0 ] [  a   ] = [R^T f    ],   x = G (f - A^T lambda) + R a,   G = (K + springs)^-1
+
+    with R the rigid motions (no columns where K itself can be factored). Nothing of the springs remains in x.
+    """
+
+    def __init__(self, part: FEModel, interfaces: tuple[TiedInterface, ...], is_free: bool) -> None:
+        """Factor; raises ReductionError if a piece of the part stays loose with all interfaces held."""
+        tied_rigidly = np.zeros(len(part.dofs), dtype=bool)
+        for interface in interfaces:
+            if interface.tie == "rigid":
+                tied_rigidly[interface.rows] = True
+        self.rows: IntArray = np.flatnonzero(~tied_rigidly)
+        self.K: SparseMatrix = part.K[self.rows][:, self.rows]
+        self.M: SparseMatrix = part.M[self.rows][:, self.rows]
+        averaged = [interface for interface in interfaces if interface.tie == "average"]
+        self._averages = self._average_rows(averaged)
+        needs_ground = is_free and not np.any(tied_rigidly)
+        _refuse_loose_pieces(part, self.rows, self.K, averaged, needs_ground)
+
+        grounded = self.K
+        motion = np.zeros((len(self.rows), 0))
+        if needs_ground:
+            centre = part.positions.mean(axis=0)
+            motion = part.rigid_body_motion(centre)[self.rows]
+            springs = np.zeros(len(self.rows))
+            chosen = _isostatic_rows(motion)
+            springs[chosen] = self.K.diagonal()[chosen]
+            grounded = sparse.csr_array(self.K + sparse.diags_array(springs))
+        self._motion = motion
+        self._factor = factorize(grounded, "The stiffness with the interfaces held")
+        self.solver = self._factor.solver
+        self._compliance_of_averages = self._factor.solve(self._averages.T.copy())
+        self._border = self._factor_border() if self.n_averaged else None
+
+    @property
+    def n_averaged(self) -> int:
+        """Number of prescribed averages, six an averaged interface, in the order of the interfaces."""
+        return len(self._averages)
+
+    def solve(self, loads: FloatArray, averages: FloatArray | None = None) -> FloatArray:
+        """Return displacements (n, k) under loads (n, k), averages prescribed (n_averaged, k) or 0."""
+        free = self._factor.solve(loads)
+        if self._border is None:
+            return free
+        gap = self._averages @ free - (0.0 if averages is None else averages)
+        balance = self._motion.T @ loads
+        answer = linalg.lu_solve(self._border, np.vstack([gap, balance]))
+        multipliers, rigid = answer[: self.n_averaged], answer[self.n_averaged :]
+        return np.asarray(free - self._compliance_of_averages @ multipliers + self._motion @ rigid)
+
+    def _average_rows(self, averaged: list[TiedInterface]) -> FloatArray:
+        dense = np.zeros((6 * len(averaged), len(self.rows)))
+        for index, interface in enumerate(averaged):
+            dense[6 * index : 6 * index + 6, np.searchsorted(self.rows, interface.rows)] = interface.matrix
+        return dense
+
+    def _factor_border(self) -> tuple[FloatArray, NDArray[np.int32]]:
+        compliance = self._averages @ self._compliance_of_averages
+        of_motion = self._averages @ self._motion
+        zero = np.zeros((self._motion.shape[1],) * 2)
+        border = np.block([[0.5 * (compliance + compliance.T), -of_motion], [of_motion.T, zero]])
+        factor: tuple[FloatArray, NDArray[np.int32]] = linalg.lu_factor(border)
+        return factor
+
+
+def _isostatic_rows(motion: FloatArray) -> IntArray:
+    """Return six rows that hold all rigid motions well: pivoted QR puts them far apart, as 3-2-1 does."""
+    scale = np.linalg.norm(motion, axis=0)
+    _, _, order = linalg.qr((motion / scale).T, mode="economic", pivoting=True)
+    return np.asarray(order[:6], dtype=np.int64)
+
+
+def _refuse_loose_pieces(
+    part: FEModel, rows: IntArray, K: SparseMatrix, averaged: list[TiedInterface], needs_ground: bool
+) -> None:
+    """A piece that no interface reaches makes the held stiffness singular, which a solver need not notice."""
+    n_pieces, piece_of_row = csgraph.connected_components(K, directed=False)
+    if needs_ground and n_pieces == 1:
+        return
+    motion = part.rigid_body_motion(part.positions.mean(axis=0))[rows]
+    strain = np.max(abs(K @ motion), axis=1)
+    size = abs(K) @ np.max(abs(motion), axis=1)
+    for piece in range(n_pieces):
+        members = np.flatnonzero(piece_of_row == piece)
+        if np.any(strain[members] > 1e-6 * size[members]):
+            continue
+        node = part.dofs[rows[members[0]], 0]
+        held_by = [item.name for item in averaged if np.isin(item.rows, rows[members]).any()]
+        what = f"hangs only on the averaged interface {held_by[0]!r}" if held_by else "no interface reaches it"
+        cure = (
+            "Tie that interface rigidly, or join the pieces."
+            if held_by
+            else "Join the pieces, or give it an interface."
+        )
+        raise ReductionError(
+            f"{part.source} falls into {n_pieces} pieces; the one with node {node} ({len(members)} DoF) is "
+            f"loose: {what}. " + cure
+        )

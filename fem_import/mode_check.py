@@ -1,0 +1,156 @@
+"""mode_check(): the reduced body against the full model it came from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg, sparse
+
+from fem_import.errors import ReductionError
+from fem_import.factorization import factorize
+from fem_import.fe_model import FEModel
+from fem_import.lanczos import lowest_modes
+from fem_import.reduced_body import ReducedBody
+from fem_import.reduction import flexible_frequencies
+from fem_import.rigid_motion import rigid_motion_of_dofs
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+FloatArray: TypeAlias = NDArray[np.float64]
+SparseMatrix: TypeAlias = "sparse.csr_array[Any, tuple[int, int]]"
+
+
+@dataclass(frozen=True, eq=False)
+class ModeCheck:
+    """Flexible modes (rigid-body modes left out) of the part by itself, in ascending order.
+
+    full (k,) [Hz]: the model as exported; tied (k,) [Hz]: the full model with the rigid interfaces made
+    rigid; reduced (k,) [Hz]; differences (k,): reduced / tied - 1, the error of the reduction alone;
+    tie_stiffening (k,): tied / full - 1, what rigid interfaces add (0 with averaged ones);
+    mac (k, k): modal assurance criterion, mass-weighted, [tied, reduced]; None for a body loaded from a file.
+    """
+
+    full: FloatArray
+    tied: FloatArray
+    reduced: FloatArray
+    mac: FloatArray | None
+    max_frequency: float
+
+    @property
+    def differences(self) -> FloatArray:
+        """Relative frequency error of the reduction, (k,)."""
+        return np.asarray(self.reduced / self.tied - 1.0)
+
+    @property
+    def tie_stiffening(self) -> FloatArray:
+        """Relative rise of the frequencies by the rigid interfaces, (k,)."""
+        return np.asarray(self.tied / self.full - 1.0)
+
+    def __str__(self) -> str:
+        """Return the table of modes."""
+        lines = [f"{'mode':>4} {'full [Hz]':>12} {'tied [Hz]':>12} {'reduced [Hz]':>12} {'difference':>11} {'MAC':>7}"]
+        for index, (full, tied, reduced) in enumerate(zip(self.full, self.tied, self.reduced, strict=True)):
+            mac = "-" if self.mac is None else f"{self.mac[index, index]:.4f}"
+            lines.append(
+                f"{index + 1:>4} {full:>12.6g} {tied:>12.6g} {reduced:>12.6g} {self.differences[index]:>11.1e} {mac:>7}"
+            )
+        return "\n".join(lines)
+
+    def plot(self, axes: Axes | None = None) -> Axes:
+        """Draw the frequency error of the reduction over frequency, with the cut-off; return the axes."""
+        from matplotlib import pyplot  # here: drawing is optional and slow to import
+
+        if axes is None:
+            axes = pyplot.figure().add_subplot()
+        axes.semilogy(self.tied, np.maximum(abs(self.differences), 1e-12), "o", label="reduced against full")
+        axes.axvline(self.max_frequency, color="0.4", linestyle="--", label="cut-off")
+        axes.set(xlabel="frequency [Hz]", ylabel="relative difference of frequency [-]")
+        axes.legend()
+        return axes
+
+
+def mode_check(
+    part: FEModel, body: ReducedBody, n_modes: int | None = None, max_frequency: float | None = None
+) -> ModeCheck:
+    """Compare the flexible modes of a body with those of the full model.
+
+    n_modes: how many, or max_frequency [Hz]: up to where; default all up to the body's cut-off. The full
+    modes come from K + shift M, which can be factored although K of a free part cannot. Raises ReductionError
+    if the body is not of this part.
+    """
+    if body.basis is not None and len(body.basis) != len(part.dofs):
+        raise ReductionError(
+            f"{body!r} has {len(body.basis)} DoF behind it and the part {len(part.dofs)}: another part."
+        )
+    if n_modes is not None and max_frequency is not None:
+        raise ReductionError("Give n_modes or max_frequency, not both.")
+    if (n_modes is not None and n_modes < 1) or (max_frequency is not None and not max_frequency > 0.0):
+        raise ReductionError(f"n_modes and max_frequency must be positive; got {n_modes!r}, {max_frequency!r}.")
+    rigid = 6 if body.is_free else 0
+    reduced_values, reduced_shapes = _reduced_modes(body, rigid)
+    limit = body.max_frequency if max_frequency is None else max_frequency
+    count = int(np.count_nonzero(reduced_values <= limit)) if n_modes is None else min(n_modes, len(reduced_values))
+    if count == 0:
+        first = f"{reduced_values[0]:.4g}" if len(reduced_values) else "none"
+        raise ReductionError(f"No flexible mode of the body lies below {limit:g} Hz (first: {first} Hz).")
+
+    shift = (2.0 * np.pi * reduced_values[0]) ** 2
+    tie = _tie_matrix(part, body)
+    tied_frequencies, tied_shapes = _full_modes(_project(part.K, tie), _project(part.M, tie), shift, rigid, count)
+    has_rigid_tie = any(frame.tie == "rigid" for frame in body.interfaces.values())
+    full = _full_modes(part.K, part.M, shift, rigid, count)[0] if has_rigid_tie else tied_frequencies
+    mac = None
+    if body.basis is not None:
+        mac = _assurance(tie @ tied_shapes, body.basis @ reduced_shapes[:, :count], part.M)
+    return ModeCheck(full, tied_frequencies, reduced_values[:count], mac, body.max_frequency)
+
+
+def _reduced_modes(body: ReducedBody, rigid: int) -> tuple[FloatArray, FloatArray]:
+    scale = 1.0 / np.sqrt(np.diag(body.M))
+    weights = np.outer(scale, scale)
+    _, shapes = linalg.eigh(body.K * weights, body.M * weights)
+    return flexible_frequencies(body), scale[:, None] * shapes[:, rigid:]
+
+
+def _tie_matrix(part: FEModel, body: ReducedBody) -> SparseMatrix:
+    """Return L (N, N - tied + 6 per rigid interface): all DoF per free ones and rigid frames."""
+    n_dofs = len(part.dofs)
+    tied = np.zeros(n_dofs, dtype=bool)
+    frames = []
+    for frame in body.interfaces.values():
+        if frame.tie != "rigid" or len(frame.node_ids) == 0:
+            continue
+        rows = np.flatnonzero(np.isin(part.dofs[:, 0], frame.node_ids))
+        if not np.isin(frame.node_ids, part.dofs[rows, 0]).all():
+            raise ReductionError(f"Interface {frame.name!r} of {body!r} names nodes that the part does not have.")
+        tied[rows] = True
+        motion = rigid_motion_of_dofs(part.positions[part.dof_nodes()[rows]], part.dofs[rows, 1], frame.position)
+        block = sparse.lil_array((n_dofs, 6))
+        block[rows] = motion
+        frames.append(sparse.csr_array(block))
+    identity = sparse.csr_array(sparse.eye_array(n_dofs, format="csr")[:, np.flatnonzero(~tied)])
+    return sparse.csr_array(sparse.hstack([identity, *frames]))
+
+
+def _project(matrix: SparseMatrix, tie: SparseMatrix) -> SparseMatrix:
+    projected = sparse.csr_array(tie.T @ matrix @ tie)
+    return sparse.csr_array(0.5 * (projected + projected.T))
+
+
+def _full_modes(
+    K: SparseMatrix, M: SparseMatrix, shift: float, rigid: int, count: int
+) -> tuple[FloatArray, FloatArray]:
+    factor = factorize(sparse.csr_array(K + shift * M), "The shifted stiffness of the full model")
+    shifted, shapes = lowest_modes(factor.solve, M, lambda estimates: min(rigid + count, len(estimates)))
+    frequencies = np.sqrt(np.maximum(shifted - shift, 0.0)) / (2.0 * np.pi)
+    return np.asarray(frequencies[rigid : rigid + count]), shapes[:, rigid : rigid + count]
+
+
+def _assurance(first: FloatArray, second: FloatArray, M: SparseMatrix) -> FloatArray:
+    cross = first.T @ (M @ second)
+    own = [np.einsum("ij,ij->j", shapes, M @ shapes) for shapes in (first, second)]
+    return np.asarray(cross**2 / np.outer(*own))

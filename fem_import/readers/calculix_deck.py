@@ -1,0 +1,249 @@
+"""What a CalculiX input deck says about nodes: positions, node sets, rigid bodies."""
+
+from __future__ import annotations
+
+import gzip
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NoReturn
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fem_import.errors import ExportError, MissingFileError
+
+_EXPANDED_ELEMENTS = ("S3", "S4", "S6", "S8", "B2", "B3", "CPS", "CPE", "CAX", "M3D", "T2D", "T3D")
+_ABAQUS_ASSEMBLY = ("*PART", "*INSTANCE", "*ASSEMBLY")
+
+
+@dataclass(frozen=True)
+class RigidBody:
+    """A *RIGID BODY: labels of its reference node and of the node whose DoF 1..3 are the rotations.
+
+    rotation_node is None where the deck leaves it to ccx to add one.
+    """
+
+    reference_node: int
+    rotation_node: int | None
+
+
+@dataclass(frozen=True, eq=False)
+class Deck:
+    """Nodes (labels, positions as written), node sets as spelled, rigid bodies, expanded element types."""
+
+    node_ids: NDArray[np.int64]
+    positions: NDArray[np.float64]
+    node_sets: dict[str, NDArray[np.int64]]
+    rigid_bodies: tuple[RigidBody, ...]
+    expanded_elements: tuple[str, ...]
+
+
+@dataclass
+class _Card:
+    """One keyword line with its data lines, still text."""
+
+    keyword: str
+    parameters: dict[str, str]
+    where: str
+    data: list[str] = field(default_factory=list)
+
+    def refuse(self, what: str) -> NoReturn:
+        raise ExportError(f"{self.where}, {self.keyword}: {what}")
+
+
+def read_bytes(path: Path) -> bytes:
+    """Return the content of a file, unpacked if it is gzipped (by content, not by name)."""
+    try:
+        content = path.read_bytes()
+        return gzip.decompress(content) if content[:2] == b"\x1f\x8b" else content
+    except FileNotFoundError:
+        raise MissingFileError(f"{path} does not exist.") from None
+    except (OSError, EOFError, zlib.error) as error:
+        raise ExportError(f"{path} cannot be read ({error}); damaged or truncated? Export it again.") from None
+
+
+def read_deck(path: Path) -> Deck:
+    """Read a deck and what it includes. Raises ExportError with file and line, MissingFileError."""
+    labels: list[NDArray[np.int64]] = []
+    positions: list[NDArray[np.float64]] = []
+    sets: dict[str, list[NDArray[np.int64]]] = {}
+    spelled: dict[str, str] = {}  # ccx ignores the case of names: the first spelling stands
+    rigid_bodies: list[RigidBody] = []
+    expanded: list[str] = []
+
+    def add_to_set(name: str, members: NDArray[np.int64]) -> None:
+        sets.setdefault(spelled.setdefault(name.casefold(), name), []).append(members)
+
+    for card in _cards(path, path.parent, ()):
+        if card.keyword in _ABAQUS_ASSEMBLY:
+            card.refuse("parts and instances are Abaqus' and ccx does not know them. Write a flat deck.")
+        elif card.keyword == "*NODE":
+            block_labels, block_positions = _node_block(card)
+            labels.append(block_labels)
+            positions.append(block_positions)
+            if "NSET" in card.parameters:
+                add_to_set(card.parameters["NSET"], block_labels)
+        elif card.keyword == "*NSET":
+            name = card.parameters.get("NSET") or card.refuse("the parameter NSET= is missing.")
+            add_to_set(name, _set_members(card, sets, spelled))
+        elif card.keyword == "*RIGID BODY":
+            rigid_bodies.append(_rigid_body(card))
+        elif card.keyword == "*ELEMENT":
+            element = card.parameters.get("TYPE", "").upper()
+            if element.startswith(_EXPANDED_ELEMENTS) and element not in expanded:
+                expanded.append(element)
+    if not labels:
+        raise ExportError(f"{path} defines no nodes (*NODE), nor does what it includes.")
+    node_ids = np.concatenate(labels)
+    unique, counts = np.unique(node_ids, return_counts=True)
+    if len(unique) < len(node_ids):
+        raise ExportError(f"{path}: node {unique[counts > 1][0]} is defined {counts.max()} times. Keep one *NODE line.")
+    return Deck(
+        node_ids=node_ids,
+        positions=np.vstack(positions),
+        node_sets={name: np.unique(np.concatenate(members)) for name, members in sets.items()},
+        rigid_bodies=tuple(rigid_bodies),
+        expanded_elements=tuple(expanded),
+    )
+
+
+def _cards(path: Path, job_folder: Path, including: tuple[Path, ...]) -> Iterator[_Card]:
+    """Yield the cards of a deck in order, those of included files in place."""
+    resolved = path.resolve()
+    if resolved in including:
+        chain = " -> ".join(item.name for item in (*including, resolved))
+        raise ExportError(f"*INCLUDE goes round in a circle: {chain}.")
+    card: _Card | None = None
+    for line_number, line in _logical_lines(read_bytes(path).decode("latin-1")):
+        if not line.startswith("*"):
+            if card is not None:
+                card.data.append(line)
+            continue
+        if card is not None:
+            yield card
+            card = None
+        opened = _keyword_card(line, f"{path.name}, line {line_number}")
+        if opened.keyword == "*INCLUDE":
+            yield from _cards(_included_file(opened, path, job_folder), job_folder, (*including, resolved))
+        else:
+            card = opened
+    if card is not None:
+        yield card
+
+
+def _logical_lines(text: str) -> Iterator[tuple[int, str]]:
+    """Yield (line number, line) without comments and blanks; a keyword line ending in a comma goes on."""
+    pending, pending_number = "", 0
+    for line_number, raw in enumerate(text.splitlines(), start=1):
+        line = raw.strip()
+        if not line or line.startswith("**"):
+            continue
+        if pending:
+            line = pending + line
+            line_number = pending_number
+            pending = ""
+        if line.startswith("*") and line.endswith(","):
+            pending, pending_number = line, line_number
+            continue
+        yield line_number, line
+    if pending:
+        yield pending_number, pending.rstrip(",")
+
+
+def _keyword_card(line: str, where: str) -> _Card:
+    keyword, *words = line.split(",")
+    parameters = {}
+    for word in words:
+        name, _, value = word.partition("=")
+        parameters[" ".join(name.upper().split())] = value.strip().strip("\"'")
+    return _Card(" ".join(keyword.upper().split()), parameters, where)
+
+
+def _included_file(card: _Card, including: Path, job_folder: Path) -> Path:
+    name = card.parameters.get("INPUT") or card.refuse("the parameter INPUT= is missing.")
+    # ccx takes the path from where it was started, which was most likely the folder of the job.
+    candidates = [folder / name for folder in (including.parent, job_folder)]
+    candidates += [candidate.with_name(candidate.name + ".gz") for candidate in candidates]
+    for candidate in candidates:
+        if candidate.is_file():
+            return candidate
+    raise MissingFileError(f"{card.where}: the included file {name!r} is not in {including.parent}. Copy it there.")
+
+
+def _node_block(card: _Card) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    system = card.parameters.get("SYSTEM", "R").upper()
+    if system != "R":
+        card.refuse(f"SYSTEM={system}: only rectangular coordinates are read.")
+    if not card.data:
+        return np.empty(0, np.int64), np.empty((0, 3))
+    try:
+        if any(line.count(",") != 3 or line.endswith(",") for line in card.data):
+            raise ValueError("short lines")
+        table = np.array(",".join(card.data).split(","), dtype=np.float64).reshape(-1, 4)
+    except ValueError:
+        table = np.array([_node_line(card, line) for line in card.data])
+    labels = table[:, 0]
+    if not np.all(np.isfinite(table)):
+        card.refuse(f"node {labels[~np.isfinite(table).all(axis=1)][0]:.0f} has a coordinate that is not finite.")
+    if np.any(labels != np.floor(labels)) or np.any(labels < 1) or np.any(labels > 2**53):
+        wrong = labels[(labels != np.floor(labels)) | (labels < 1) | (labels > 2**53)][0]
+        card.refuse(f"{wrong!s} is not a node label.")
+    return labels.astype(np.int64), table[:, 1:]
+
+
+def _node_line(card: _Card, line: str) -> list[float]:
+    """Parse one line with what the fast route does not take: left-out coordinates (0) and D exponents."""
+    words = [word.strip().upper().replace("D", "E") for word in line.rstrip(", ").split(",")]
+    if len(words) > 4:
+        card.refuse(f"expected 'label, x, y, z', found {line[:60]!r}.")
+    try:
+        values = [float(word) if word else 0.0 for word in words]
+    except ValueError:
+        card.refuse(f"expected 'label, x, y, z', found {line[:60]!r}.")
+    return values + [0.0] * (4 - len(values))
+
+
+def _set_members(card: _Card, sets: dict[str, list[NDArray[np.int64]]], spelled: dict[str, str]) -> NDArray[np.int64]:
+    if "ELSET" in card.parameters:
+        card.refuse("ELSET= is Abaqus' and ccx ignores it. List the nodes.")
+    if "GENERATE" in card.parameters:
+        return _generated(card)
+    members: list[NDArray[np.int64]] = []
+    labels: list[int] = []
+    for word in (word.strip().strip("\"'") for line in card.data for word in line.split(",")):
+        if word.isdigit() and len(word) < 16:
+            labels.append(int(word))
+        elif word and word.casefold() in spelled:
+            members += sets[spelled[word.casefold()]]
+        elif word:
+            card.refuse(f"{word!r} is neither a node label nor a set defined above.")
+    return np.concatenate([np.array(labels, dtype=np.int64), *members])
+
+
+def _generated(card: _Card) -> NDArray[np.int64]:
+    ranges = [np.empty(0, np.int64)]
+    for line in card.data:
+        words = [word.strip() for word in line.rstrip(", ").split(",")]
+        if len(words) not in (2, 3) or not all(word.isdigit() and len(word) < 16 for word in words):
+            card.refuse(f"GENERATE expects 'first, last, increment', found {line[:60]!r}.")
+        first, last, increment = (*map(int, words), 1)[:3]
+        if increment < 1 or last < first or (last - first) // increment > 10**8:
+            card.refuse(f"GENERATE {first}, {last}, {increment} names no sensible range.")
+        ranges.append(np.arange(first, last + 1, increment, dtype=np.int64))
+    return np.concatenate(ranges)
+
+
+def _rigid_body(card: _Card) -> RigidBody:
+    nodes: list[int | None] = []
+    for parameter in ("REF NODE", "ROT NODE"):
+        # ccx takes the blank for optional.
+        value = card.parameters.get(parameter, card.parameters.get(parameter.replace(" ", "")))
+        if value is not None and not (value.isdigit() and len(value) < 16):
+            card.refuse(f"{parameter}={value!r} is not a node label.")
+        nodes.append(None if value is None else int(value))
+    reference, rotation = nodes
+    if reference is None:
+        card.refuse("REF NODE= is missing.")
+    return RigidBody(reference, rotation)

@@ -1,0 +1,274 @@
+"""ReducedBody: the small matrices of a flexible part, its interfaces and mass properties."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, NoReturn, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fem_import.errors import ExportError, InterfaceError, refuse_unknown_keywords
+from fem_import.inertia_integrals import InertiaIntegrals
+from fem_import.interfaces import check_interface_name
+from fem_import.names import NamedItems
+from fem_import.rigid_motion import mass_properties, rigid_motion_at
+
+FloatArray: TypeAlias = NDArray[np.float64]
+
+FRAME_DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
+_SYMMETRY = 1e-9
+_INDEFINITE = 1e-9
+_FREE = 1e-8
+_KEYWORDS = ("M", "K", "interfaces", "C", "max_frequency", "source")
+
+
+@dataclass(frozen=True, eq=False)
+class InterfaceFrame:
+    """A frame of a reduced body: position (3,) [m], distance of its farthest node [m], tie, node labels."""
+
+    name: str
+    position: FloatArray
+    radius: float = 0.0
+    tie: str = "rigid"
+    node_ids: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, np.int64))
+
+    def __post_init__(self) -> None:
+        """Freeze the arrays."""
+        self.position.setflags(write=False)
+        self.node_ids.setflags(write=False)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ReducedBody:
+    """A part reduced to frames of six and modal coordinates, SI. Made by `reduce`, `from_arrays` or `load`.
+
+    M, K (n, n); C (n, n) or None. coordinates (n,): "base.x" ... "base.rz", "tip.x" ..., "mode1" ...;
+    interfaces: {name: InterfaceFrame} in that order; frequencies: of the interior modes [Hz]; max_frequency:
+    the cut-off asked for [Hz]; mass [kg], centre_of_mass (3,) [m], inertia (3, 3) about it [kg m2], tensor
+    elements; is_free: whether rigid motion strains nothing; source; solver; inertia_integrals for a floating
+    frame, None where not known; basis (N, n): the deflections of the model's DoF, not saved.
+    Raises ExportError where the arrays contradict each other.
+    """
+
+    M: FloatArray
+    K: FloatArray
+    C: FloatArray | None
+    interfaces: NamedItems[InterfaceFrame]
+    frequencies: FloatArray
+    max_frequency: float
+    mass: float
+    centre_of_mass: FloatArray
+    inertia: FloatArray
+    is_free: bool
+    source: str
+    solver: str
+    inertia_integrals: InertiaIntegrals | None = None
+    basis: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        """Check the matrices and freeze all arrays."""
+        n_frames = 6 * len(self.interfaces)
+        if n_frames == 0:
+            raise ExportError("A reduced body needs at least one interface.")
+        size = len(self.M)
+        if size != n_frames + len(self.frequencies):
+            raise ExportError(
+                f"M has {size} rows, but {len(self.interfaces)} interfaces and {len(self.frequencies)} "
+                "modes make "
+                f"{n_frames + len(self.frequencies)} coordinates."
+            )
+        for name in ("M", "K", "C"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, _checked_symmetric(name, getattr(self, name), size))
+        _refuse_indefinite(self.M, self.K)
+        for name in ("M", "K", "C", "frequencies", "centre_of_mass", "inertia"):
+            if getattr(self, name) is not None:
+                getattr(self, name).setflags(write=False)
+
+    @classmethod
+    def from_arrays(
+        cls,
+        M: ArrayLike,
+        K: ArrayLike,
+        interfaces: Mapping[str, ArrayLike],
+        C: ArrayLike | None = None,
+        *,
+        max_frequency: float | None = None,
+        source: str = "arrays",
+        **unknown: NoReturn,
+    ) -> ReducedBody:
+        """Make a body of a superelement's matrices.
+
+        M, K, C: (n, n) SI, rows: six (x y z rx ry rz, global axes) an interface in the order given, then
+        modes that leave the interfaces at rest. interfaces: {name: position (3,) [m]}. max_frequency [Hz]:
+        default the highest interior mode. Mass, CoG and inertia come from M in rigid motion. Raises
+        ExportError, InterfaceError.
+        """
+        refuse_unknown_keywords("ReducedBody.from_arrays", unknown, _KEYWORDS)
+        frames = {}
+        for name, position in interfaces.items():
+            check_interface_name(name)
+            point = _as_floats(f"The position of interface {name!r}", position)
+            if point.shape != (3,) or not np.all(np.isfinite(point)):
+                raise InterfaceError(f"Interface {name!r}: position must be three finite numbers; got {position!r}.")
+            frames[name] = InterfaceFrame(name, point)
+        mass_matrix, stiffness = _as_floats("M", M), _as_floats("K", K)
+        n_modes = len(np.atleast_1d(mass_matrix)) - 6 * len(frames)
+        if n_modes < 0:
+            raise ExportError(
+                f"M has {len(mass_matrix)} rows, but {len(frames)} interfaces need {6 * len(frames)} coordinates alone."
+            )
+        for name, matrix in (("M", mass_matrix), ("K", stiffness)):
+            if matrix.shape != (len(mass_matrix),) * 2:
+                raise ExportError(f"{name} must be square and as large as M; got shape {matrix.shape}.")
+        modal = np.arange(6 * len(frames), len(mass_matrix))
+        frequencies = _interior_frequencies(mass_matrix[np.ix_(modal, modal)], stiffness[np.ix_(modal, modal)])
+        if max_frequency is None:
+            max_frequency = float(frequencies.max(initial=0.0))
+        motion = frames_in_rigid_motion(list(frames.values()), n_modes)
+        properties = mass_properties(motion.T @ mass_matrix @ motion, np.zeros(3))
+        return cls(
+            M=mass_matrix,
+            K=stiffness,
+            C=None if C is None else _as_floats("C", C),
+            interfaces=NamedItems("interface", frames),
+            frequencies=frequencies,
+            max_frequency=max_frequency,
+            mass=properties.mass,
+            centre_of_mass=properties.centre_of_mass,
+            inertia=properties.inertia,
+            is_free=_strains_nothing(stiffness, motion),
+            source=source,
+            solver="given",
+        )
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of the rows of M, K and C."""
+        frames = [f"{name}.{direction}" for name in self.interfaces for direction in FRAME_DIRECTIONS]
+        return (*frames, *(f"mode{number}" for number in range(1, len(self.frequencies) + 1)))
+
+    @property
+    def rigid_body_motion(self) -> FloatArray:
+        """Coordinates (n, 6) in rigid translation and small rotation about the global origin; modes rest."""
+        return frames_in_rigid_motion(list(self.interfaces.values()), len(self.frequencies))
+
+    def __repr__(self) -> str:
+        """Return one line: source, interfaces, modes, cut-off, mass."""
+        return (
+            f"ReducedBody({self.source}: interfaces {', '.join(self.interfaces)}; {len(self.frequencies)} "
+            "interior "
+            f"modes, cut-off {self.max_frequency:.6g} Hz; {self.mass:.6g} "
+            f"kg{'' if self.is_free else ', held'})"
+        )
+
+    def __str__(self) -> str:
+        """Return a table an engineer reads."""
+        centre, moments = self.centre_of_mass, np.diag(self.inertia)
+        lines = [
+            f"source           {self.source}, solver {self.solver}",
+            f"mass             {self.mass:.6g} kg, CoG {centre[0]:.6g}, {centre[1]:.6g}, {centre[2]:.6g} m",
+            f"Ixx, Iyy, Izz    {moments[0]:.6g}, {moments[1]:.6g}, {moments[2]:.6g} kg m2 about the CoG",
+            f"support          {'free' if self.is_free else 'held to ground in the export'}",
+        ]
+        for frame in self.interfaces.values():
+            x, y, z = frame.position
+            lines.append(
+                f"interface        {frame.name}: {frame.tie} at {x:.6g}, {y:.6g}, {z:.6g} m, "
+                f"{len(frame.node_ids)} nodes "
+                f"within {frame.radius:.4g} m"
+            )
+        lines.append(f"interior modes   {len(self.frequencies)}, cut-off {self.max_frequency:.6g} Hz")
+        return "\n".join(lines)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the body as .npz, whole or not at all; the basis is left out. Raises OSError."""
+        from fem_import.reduced_body_file import write_body  # here: the file module needs this class
+
+        write_body(self, path)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> ReducedBody:
+        """Read a body that `save` wrote. Raises MissingFileError, ExportError for anything damaged."""
+        from fem_import.reduced_body_file import read_body  # here: the file module needs this class
+
+        return read_body(path)
+
+
+def frames_in_rigid_motion(frames: list[InterfaceFrame], n_modes: int) -> FloatArray:
+    """Return (6 n_frames + n_modes, 6): frames in rigid motion about the global origin, modes at rest."""
+    blocks = [rigid_motion_at(frame.position, np.zeros(3)) for frame in frames]
+    return np.vstack([*blocks, np.zeros((n_modes, 6))])
+
+
+def _as_floats(name: str, values: Any) -> FloatArray:
+    try:
+        return np.array(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise ExportError(f"{name} must be an array of real numbers; {error}.") from None
+
+
+def _checked_symmetric(name: str, matrix: FloatArray, size: int) -> FloatArray:
+    if matrix.shape != (size, size):
+        raise ExportError(f"{name} must be {(size, size)}; got {matrix.shape}.")
+    if not np.all(np.isfinite(matrix)):
+        row, column = np.argwhere(~np.isfinite(matrix))[0]
+        raise ExportError(f"{name}[{row}, {column}] is {matrix[row, column]}; it must be finite.")
+    diagonal = np.sqrt(abs(np.diag(matrix)))
+    allowed = _SYMMETRY * np.maximum(np.outer(diagonal, diagonal), 1e-6 * diagonal.max(initial=0.0) ** 2)
+    difference = abs(matrix - matrix.T)
+    if np.any(difference > allowed):
+        row, column = np.unravel_index(int(np.argmax(difference - allowed)), matrix.shape)
+        raise ExportError(
+            f"{name} is not symmetric: [{row}, {column}] is {matrix[row, column]:.6g} and [{column}, {row}] "
+            "is "
+            f"{matrix[column, row]:.6g}."
+        )
+    return np.asarray(0.5 * (matrix + matrix.T))
+
+
+def _refuse_indefinite(M: FloatArray, K: FloatArray) -> None:
+    """M must be positive definite, K semi-definite, both scaled to a unit diagonal (m and rad alike)."""
+    if np.any(np.diag(M) <= 0.0) or np.linalg.eigvalsh(_unit_diagonal(M))[0] <= 0.0:
+        raise ExportError(
+            f"M is not positive definite (smallest diagonal entry {np.diag(M).min():.4g}). A coordinate "
+            "without mass "
+            "cannot be integrated in time; give it some, or condense it."
+        )
+    lowest = np.linalg.eigvalsh(_unit_diagonal(K))[0]
+    if np.any(np.diag(K) < 0.0) or lowest < -_INDEFINITE:
+        raise ExportError(
+            f"K is not positive semi-definite: scaled to a unit diagonal it has an eigenvalue {lowest:.3g}."
+        )
+
+
+def _unit_diagonal(matrix: FloatArray) -> FloatArray:
+    diagonal = np.diag(matrix)
+    scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
+    return np.asarray(matrix * np.outer(scale, scale))
+
+
+def _interior_frequencies(mass: FloatArray, stiffness: FloatArray) -> FloatArray:
+    """Return the frequencies [Hz] of the modal rows alone; zeros where the matrices are refused later."""
+    if len(mass) == 0:
+        return np.empty(0)
+    if not (np.all(np.isfinite(mass)) and np.all(np.isfinite(stiffness))) or np.any(np.diag(mass) <= 0.0):
+        return np.zeros(len(mass))
+    scale = 1.0 / np.sqrt(np.diag(mass))
+    values, vectors = np.linalg.eigh(mass * np.outer(scale, scale))
+    if values[0] <= 0.0:
+        return np.zeros(len(mass))
+    root = scale[:, None] * vectors / np.sqrt(values)
+    return np.asarray(np.sqrt(np.maximum(np.linalg.eigvalsh(root.T @ stiffness @ root), 0.0)) / (2.0 * np.pi))
+
+
+def _strains_nothing(stiffness: FloatArray, motion: FloatArray) -> bool:
+    if not np.all(np.isfinite(stiffness)):
+        return False
+    arm = float(abs(motion[:, 3:]).max(initial=0.0)) or 1.0
+    scaled = motion / np.array([1.0, 1.0, 1.0, arm, arm, arm])
+    row_sums = abs(stiffness) @ np.max(abs(scaled), axis=1)
+    return bool(np.all(abs(stiffness @ scaled) <= _FREE * row_sums[:, None]))
