@@ -236,8 +236,7 @@ def quarter_solid(occ: Any, part: Flexure) -> Solid:
     """Quarter y >= 0, z >= 0 of the part [mm]."""
     faces = [(2, rounded_face(occ, corners, part.rows_fillet)) for corners in half_profile(part)]
     base, leaf, tip = (
-        next(entity for entity in occ.extrude([face], 0.0, 0.0, part.depth / 2) if entity[0] == 3)
-        for face in faces
+        next(entity for entity in occ.extrude([face], 0.0, 0.0, part.depth / 2) if entity[0] == 3) for face in faces
     )
 
     def disc(x: float, y: float, z: float, diameter: float) -> Entity:

@@ -54,12 +54,14 @@ class Block:
 
     @staticmethod
     def box(density: float, size: Sequence[float], centre: tuple[float, float, float]) -> Block:
+        """Return a cuboid of a density [kg/m³] and size along x, y, z [m]."""
         a, b, c = size
         mass = density * a * b * c
         return Block(mass, centre, tuple(mass / 12 * (p * p + q * q) for p, q in ((b, c), (a, c), (a, b))))
 
     @staticmethod
     def disc(density: float, diameter: float, thickness: float, centre: tuple[float, float, float]) -> Block:
+        """Return a disc whose axis is x."""
         mass = density * np.pi / 4 * diameter**2 * thickness
         across = mass * (diameter**2 / 16 + thickness**2 / 12)
         return Block(mass, centre, (mass * diameter**2 / 8, across, across))

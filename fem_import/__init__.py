@@ -5,6 +5,7 @@ print(part.report())
 body = fi.reduce(part, interfaces={"base": "BASE", "tip": "TIP"}, max_frequency=2000.0)
 """
 
+from fem_import.display import DisplayMesh
 from fem_import.errors import (
     ExportError,
     ExportWarning,
@@ -12,6 +13,7 @@ from fem_import.errors import (
     InterfaceError,
     MissingFileError,
     ReductionError,
+    UnknownKeywordError,
     UnknownNameError,
 )
 from fem_import.export_report import ExportReport
@@ -24,6 +26,7 @@ from fem_import.reduced_body import InterfaceFrame, ReducedBody
 from fem_import.reduction import reduce
 
 __all__ = [
+    "DisplayMesh",
     "ExportError",
     "ExportReport",
     "ExportWarning",
@@ -37,6 +40,7 @@ __all__ = [
     "ModeCheck",
     "ReducedBody",
     "ReductionError",
+    "UnknownKeywordError",
     "UnknownNameError",
     "mode_check",
     "read",

@@ -6,7 +6,7 @@ import difflib
 import os
 import sys
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 
 _PACKAGE_FOLDER = os.path.dirname(os.path.abspath(__file__)) + os.sep
 
@@ -24,11 +24,15 @@ class MissingFileError(FemImportError, FileNotFoundError):
 
 
 class UnknownNameError(FemImportError, KeyError):
-    """A name or keyword that does not exist; the message gives the nearest one that does."""
+    """A name that does not exist; the message gives the nearest one that does."""
 
     def __str__(self) -> str:
         """Return the message itself (KeyError would show its repr)."""
         return str(self.args[0]) if self.args else ""
+
+
+class UnknownKeywordError(UnknownNameError, TypeError):
+    """A keyword that the called function does not have."""
 
 
 class InterfaceError(FemImportError, ValueError):
@@ -51,15 +55,6 @@ def nearest_known(name: object, known: Iterable[str]) -> str:
     guess = f" Did you mean {by_folded[close[0]]!r}?" if close else ""
     shown = ", ".join(repr(candidate) for candidate in names[:20]) + (", ..." if len(names) > 20 else "")
     return f"{guess} Known: {shown}." if names else " There are none."
-
-
-def refuse_unknown_keywords(function: str, unknown: Mapping[str, object], known: Iterable[str]) -> None:
-    """Raise UnknownNameError for the first keyword that `function` does not have.
-
-    Python itself suggests the nearest keyword only from 3.13 on.
-    """
-    for keyword in unknown:
-        raise UnknownNameError(f"{function} has no keyword {keyword!r}.{nearest_known(keyword, known)}")
 
 
 def warn_user(message: str) -> None:

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NoReturn, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import linalg, sparse
 
-from fem_import.errors import ExportError, refuse_unknown_keywords
+from fem_import.errors import ExportError, UnknownKeywordError
 from fem_import.export_report import MINIMUM_DIGITS, ExportReport
+from fem_import.keywords import known_keywords
 from fem_import.names import NamedItems
 from fem_import.rigid_motion import MassProperties, mass_properties, rigid_motion_of_dofs
 from fem_import.units import unit_system
@@ -23,17 +24,24 @@ SparseMatrix: TypeAlias = "sparse.csr_array[Any, tuple[int, int]]"
 _SYMMETRY_TOLERANCE = 1e-6  # printed triangles may differ in their last digit, physics does not make them
 _PENALTY_RATIO = 1e10
 _PENALTY = 1e30  # no stiffness or mass in any unit system; programs write 1e36
-_KEYWORDS = ("K", "M", "positions", "dofs", "node_ids", "node_sets", "C", "units", "source", "digits")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FEModel:
     """One part as exported by an FEA program. Make it with a reader or with `from_arrays`, which check it.
 
-    K, M, C: (n, n) full symmetric sparse arrays, SI (C None where nothing damps); node_ids (n_nodes,);
-    positions (n_nodes, 3) [m], global; dofs (n, 2): node label and direction 1..6 (x, y, z, rx, ry, rz) of
-    each row; node_sets: {name: labels}; source: where it comes from; digits: printed ones or None; units: of
-    the export (the model itself is SI); symmetry_residual: of the exported K, before it was made exact.
+    Attributes
+    ----------
+    K, M, C : (n, n) full symmetric sparse arrays, SI; C is None where nothing damps.
+    node_ids : (n_nodes,) labels.
+    positions : (n_nodes, 3) global [m].
+    dofs : (n, 2) node label and direction 1..6 (x, y, z, rx, ry, rz) of each row of K.
+    node_sets : {name: labels}.
+    source : where it comes from.
+    digits : printed ones, None where the numbers were binary.
+    units : of the export; the model itself is SI.
+    symmetry_residual : of the exported K, before it was made exact.
+    skin : (t, 3) node labels of the triangles that bound the part, for drawing; None where not known.
     """
 
     K: SparseMatrix
@@ -47,8 +55,10 @@ class FEModel:
     digits: int | None
     units: str
     symmetry_residual: float
+    skin: IntArray | None = None
 
     @classmethod
+    @known_keywords(UnknownKeywordError)
     def from_arrays(
         cls,
         K: Any,
@@ -62,16 +72,27 @@ class FEModel:
         *,
         source: str = "arrays",
         digits: int | None = None,
-        **unknown: NoReturn,
+        skin: ArrayLike | None = None,
     ) -> FEModel:
         """Check arrays of any FEA program and make an FEModel of them.
 
-        K, M, C: (n, n), sparse or dense, both triangles. positions: (n_nodes, 3). dofs: (n, 2) node label and
-        direction 1..6 of each row; or 3 or 6, the DoF of every node in node order. node_ids: labels, default
-        1..n_nodes. node_sets: {name: labels}. units: "SI", "mm-t-s", "mm-kg-s" or "in-lbf-s", of everything
-        given. Raises ExportError (what is wrong, where, how to mend it) and UnknownNameError.
+        Parameters
+        ----------
+        K, M, C : (n, n) sparse or dense, both triangles.
+        positions : (n_nodes, 3).
+        dofs : (n, 2) node label and direction 1..6 of each row; or 3 or 6, the DoF of every node in node order.
+        node_ids : (n_nodes,) labels; 1..n_nodes if None.
+        node_sets : {name: labels}.
+        units : "SI", "mm-t-s", "mm-kg-s" or "in-lbf-s", of everything given.
+        source : what reports call it.
+        digits : how many were printed, if the numbers were read from text.
+        skin : (t, 3) node labels of the triangles that bound the part, for drawing.
+
+        Raises
+        ------
+        ExportError : what is wrong, where, and how to mend it.
+        UnknownNameError : an unknown system of units or keyword.
         """
-        refuse_unknown_keywords("FEModel.from_arrays", unknown, _KEYWORDS)
         system = unit_system(units)
         coordinates = _checked_positions(positions)
         labels = _checked_labels(node_ids, len(coordinates))
@@ -100,6 +121,7 @@ class FEModel:
             digits=digits,
             units=units,
             symmetry_residual=symmetry_residual,
+            skin=_checked_skin(skin, labels),
         )
 
     def __repr__(self) -> str:
@@ -161,14 +183,12 @@ class FEModel:
         findings = []
         if support == "held":
             findings.append(
-                "The part is held to ground in the export (constrained DoF are absent), so it cannot move "
-                "as a "
-                "rigid body; mass, CoG and inertia count only the DoF that are present."
+                "The part is held to ground in the export (constrained DoF are absent), so it cannot move as a rigid "
+                "body; mass, CoG and inertia count only the DoF that are present."
             )
         elif support == "unclear":
             findings.append(
-                f"Rigid-body motions leave {residual.max():.1e} of the row's stiffness: neither free (under "
-                "1e-9) "
+                f"Rigid-body motions leave {residual.max():.1e} of the row's stiffness: neither free (under 1e-9) "
                 "nor clearly held. Soft springs to ground, or too few printed digits? It is treated as held."
             )
         spread = float(np.ptp(properties.mass_per_axis))
@@ -176,14 +196,12 @@ class FEModel:
             findings.append("The mass matrix carries no mass in translation. Is the density missing?")
         elif spread > 1e-6 * properties.mass and support == "free":
             findings.append(
-                f"The mass differs by axis: {properties.mass_per_axis[0]:.6g}, "
-                f"{properties.mass_per_axis[1]:.6g}, "
+                f"The mass differs by axis: {properties.mass_per_axis[0]:.6g}, {properties.mass_per_axis[1]:.6g}, "
                 f"{properties.mass_per_axis[2]:.6g} kg. DoF without mass, or an inertia that acts one way?"
             )
         if self.digits is not None and self.digits < MINIMUM_DIGITS:
             findings.append(
-                f"Printed with {self.digits} digits; at least {MINIMUM_DIGITS} keep the rigid-body modes of "
-                "a "
+                f"Printed with {self.digits} digits; at least {MINIMUM_DIGITS} keep the rigid-body modes of a "
                 "flexure at zero. Export with more digits or in binary."
             )
         if self.symmetry_residual > 1e-9:
@@ -296,6 +314,19 @@ def _checked_sets(node_sets: Mapping[str, ArrayLike], labels: IntArray) -> Named
     return NamedItems("node set", sets)
 
 
+def _checked_skin(skin: ArrayLike | None, labels: IntArray) -> IntArray | None:
+    if skin is None:
+        return None
+    triangles = _as_integers("skin", skin)
+    if triangles.ndim != 2 or triangles.shape[1] != 3:
+        raise ExportError(f"skin must be (t, 3): three node labels a triangle; got shape {triangles.shape}.")
+    unknown = triangles[~np.isin(triangles, labels)]
+    if unknown.size:
+        raise ExportError(f"skin names node {unknown[0]}, which has no position.")
+    frozen: IntArray = _frozen(triangles)
+    return frozen
+
+
 def _checked_matrix(name: str, matrix: Any, n_dofs: int) -> SparseMatrix:
     if matrix is None:
         raise ExportError(f"{name} is missing.")
@@ -338,24 +369,22 @@ def _refuse_bad_diagonals(K: SparseMatrix, M: SparseMatrix, dofs: IntArray) -> N
         if np.any(excess > 1e-12 * root.max() ** 2):
             worst = int(np.argmax(excess))
             raise ExportError(
-                f"{name}[{rows[worst]}, {columns[worst]}] is {entries.data[worst]:.4g}, more than the diagonals "
-                f"of {dof(int(rows[worst]))} and {dof(int(columns[worst]))} allow: {name} is not positive "
+                f"{name}[{rows[worst]}, {columns[worst]}] is {entries.data[worst]:.4g}, more than the diagonals of "
+                f"{dof(int(rows[worst]))} and {dof(int(columns[worst]))} allow: {name} is not positive "
                 "semi-definite. Is the file damaged, or a row of another matrix?"
             )
     heavy = M.diagonal()
     if np.any(heavy > _PENALTY):
         raise ExportError(
-            f"M has {heavy.max():.3g} on the diagonal of {dof(int(np.argmax(heavy)))}: a penalty, not a mass. "
-            "Remove its rows and columns and their DoF."
+            f"M has {heavy.max():.3g} on the diagonal of {dof(int(np.argmax(heavy)))}: a penalty, not a mass. Remove "
+            "its rows and columns and their DoF."
         )
     stiff = K.diagonal()
     null_rows = np.flatnonzero(stiff == 0.0)
     if len(null_rows):
         raise ExportError(
-            f"K has nothing on the diagonal of {len(null_rows)} rows, first {dof(int(null_rows[0]))}: a DoF "
-            "without "
-            "stiffness, or a constrained one that the export kept. Remove these rows and columns and their "
-            "DoF."
+            f"K has nothing on the diagonal of {len(null_rows)} rows, first {dof(int(null_rows[0]))}: a DoF without "
+            "stiffness, or a constrained one that the export kept. Remove these rows and columns and their DoF."
         )
     largest_neighbour = abs(K - sparse.diags_array(stiff)).max(axis=1).toarray().ravel()
     for rotational in (False, True):
@@ -368,8 +397,7 @@ def _refuse_bad_diagonals(K: SparseMatrix, M: SparseMatrix, dofs: IntArray) -> N
         if len(huge):
             row = int(huge[0])
             raise ExportError(
-                f"K has {stiff[row]:.3g} on the diagonal of {dof(row)}, far above all else ({len(huge)} "
-                "such): a "
+                f"K has {stiff[row]:.3g} on the diagonal of {dof(row)}, far above all else ({len(huge)} such): a "
                 "penalty that stands for a constraint. Remove these rows and columns and their DoF."
             )
 
@@ -394,8 +422,7 @@ def _symmetric(name: str, matrix: SparseMatrix, dofs: IntArray) -> tuple[SparseM
     if relative[worst] > _SYMMETRY_TOLERANCE:
         row, column = int(rows[worst]), int(columns[worst])
         raise ExportError(
-            f"{name} is not symmetric: [{row}, {column}] and [{column}, {row}] differ by "
-            f"{scaled.data[worst]:.4g} "
+            f"{name} is not symmetric: [{row}, {column}] and [{column}, {row}] differ by {scaled.data[worst]:.4g} "
             f"(nodes {dofs[row, 0]} and {dofs[column, 0]}), {relative[worst]:.1e} of the diagonal."
         )
     return sparse.csr_array(0.5 * (matrix + matrix.T)), float(relative[worst])

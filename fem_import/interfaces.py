@@ -25,9 +25,12 @@ _RANK_TOLERANCE = 1e-6  # of the interface's own size: flatter sets of nodes do 
 class Interface:
     """What is tied to a frame.
 
-    nodes: a node set's name or node labels. position: of the frame (3,) [m], default the mean of the nodes.
-    tie: "rigid" (RBE2) or "average" (RBE3, adds no stiffness); None takes that of `reduce`. weights: of an
-    average, one positive number a node in the order of ascending labels; default all equal.
+    Attributes
+    ----------
+    nodes : a node set's name or node labels.
+    position : (3,) of the frame [m]; the mean of the nodes if None.
+    tie : "rigid" (RBE2) or "average" (RBE3, adds no stiffness); None takes that of `reduce`.
+    weights : of an average, one positive number a node in the order of ascending labels; all equal if None.
     """
 
     nodes: Nodes
@@ -77,8 +80,7 @@ def tie_interfaces(
         for node in resolved.node_ids.tolist():
             if node in owner:
                 raise InterfaceError(
-                    f"Node {node} belongs to the interfaces {owner[node]!r} and {resolved.name!r}; a node "
-                    "can follow "
+                    f"Node {node} belongs to the interfaces {owner[node]!r} and {resolved.name!r}; a node can follow "
                     "one frame only. Take it out of one of them."
                 )
             owner[node] = resolved.name
@@ -179,10 +181,8 @@ def _rows(part: FEModel, name: str, node_ids: IntArray, rotations: bool) -> IntA
         node = node_ids[lacking[0]]
         present = sorted(own[own[:, 0] == node, 1].tolist())
         raise InterfaceError(
-            f"Interface {name!r}: node {node} has only the DoF {present} left in {part.source} "
-            f"({len(lacking)} such "
-            "nodes): constrained away (*BOUNDARY, *EQUATION, a tie) or never in an element. Export the part "
-            "without "
+            f"Interface {name!r}: node {node} has only the DoF {present} left in {part.source} ({len(lacking)} such "
+            "nodes): constrained away (*BOUNDARY, *EQUATION, a tie) or never in an element. Export the part without "
             "that constraint, or leave the node out."
         )
     return mine if rotations else mine[own[:, 1] <= 3]
@@ -199,7 +199,6 @@ def _refuse_loose(name: str, tie: str, node_ids: IntArray, at: FloatArray, direc
     shape = "a single node" if count == 1 else "two nodes" if count == 2 else f"{count} nodes on one line"
     carries = " without rotations" if tie == "rigid" else ""
     raise InterfaceError(
-        f"Interface {name!r} is {shape}{carries}, which leaves the frame free to turn. tie={tie!r} needs at "
-        "least three "
-        "nodes that are not on one line."
+        f"Interface {name!r} is {shape}{carries}, which leaves the frame free to turn. tie={tie!r} needs at least "
+        "three nodes that are not on one line."
     )

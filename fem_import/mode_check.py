@@ -28,10 +28,18 @@ SparseMatrix: TypeAlias = "sparse.csr_array[Any, tuple[int, int]]"
 class ModeCheck:
     """Flexible modes (rigid-body modes left out) of the part by itself, in ascending order.
 
-    full (k,) [Hz]: the model as exported; tied (k,) [Hz]: the full model with the rigid interfaces made
-    rigid; reduced (k,) [Hz]; differences (k,): reduced / tied - 1, the error of the reduction alone;
-    tie_stiffening (k,): tied / full - 1, what rigid interfaces add (0 with averaged ones);
-    mac (k, k): modal assurance criterion, mass-weighted, [tied, reduced]; None for a body loaded from a file.
+    Attributes
+    ----------
+    full : (k,) the model as exported [Hz].
+    tied : (k,) the full model with its rigid interfaces made rigid [Hz].
+    reduced : (k,) the reduced body [Hz].
+    mac : (k, k) modal assurance criterion, mass-weighted, [tied, reduced]; None for a body loaded from a file.
+    max_frequency : the body's cut-off [Hz].
+
+    Notes
+    -----
+    ``differences`` (reduced / tied - 1) is the error of the reduction alone, ``tie_stiffening`` (tied / full - 1)
+    what rigid interfaces add; it is 0 with averaged ones.
     """
 
     full: FloatArray

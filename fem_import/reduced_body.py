@@ -5,14 +5,16 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, NoReturn, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fem_import.errors import ExportError, InterfaceError, refuse_unknown_keywords
+from fem_import.display import DisplayMesh
+from fem_import.errors import ExportError, InterfaceError, UnknownKeywordError
 from fem_import.inertia_integrals import InertiaIntegrals
 from fem_import.interfaces import check_interface_name
+from fem_import.keywords import known_keywords
 from fem_import.names import NamedItems
 from fem_import.rigid_motion import mass_properties, rigid_motion_at
 
@@ -22,7 +24,6 @@ FRAME_DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 _SYMMETRY = 1e-9
 _INDEFINITE = 1e-9
 _FREE = 1e-8
-_KEYWORDS = ("M", "K", "interfaces", "C", "max_frequency", "source")
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,12 +46,23 @@ class InterfaceFrame:
 class ReducedBody:
     """A part reduced to frames of six and modal coordinates, SI. Made by `reduce`, `from_arrays` or `load`.
 
-    M, K (n, n); C (n, n) or None. coordinates (n,): "base.x" ... "base.rz", "tip.x" ..., "mode1" ...;
-    interfaces: {name: InterfaceFrame} in that order; frequencies: of the interior modes [Hz]; max_frequency:
-    the cut-off asked for [Hz]; mass [kg], centre_of_mass (3,) [m], inertia (3, 3) about it [kg m2], tensor
-    elements; is_free: whether rigid motion strains nothing; source; solver; inertia_integrals for a floating
-    frame, None where not known; basis (N, n): the deflections of the model's DoF, not saved.
-    Raises ExportError where the arrays contradict each other.
+    Attributes
+    ----------
+    M, K, C : (n, n); C is None where the export had none.
+    coordinates : n names: "base.x" ... "base.rz", "tip.x", ..., "mode1", ...
+    interfaces : {name: InterfaceFrame}, in that order.
+    frequencies : of the interior modes [Hz].
+    max_frequency : the cut-off asked for [Hz].
+    mass, centre_of_mass, inertia : [kg], (3,) [m], (3, 3) tensor about it [kg m²].
+    is_free : whether rigid motion strains nothing.
+    source, solver : where it comes from, what solved it.
+    inertia_integrals : for a floating frame; None where not known.
+    basis : (N, n) deflections of the model's DoF; not saved.
+    display : the skin and how it moves, for drawing; None where not known.
+
+    Raises
+    ------
+    ExportError : the arrays contradict each other.
     """
 
     M: FloatArray
@@ -67,6 +79,7 @@ class ReducedBody:
     solver: str
     inertia_integrals: InertiaIntegrals | None = None
     basis: FloatArray | None = None
+    display: DisplayMesh | None = None
 
     def __post_init__(self) -> None:
         """Check the matrices and freeze all arrays."""
@@ -76,8 +89,7 @@ class ReducedBody:
         size = len(self.M)
         if size != n_frames + len(self.frequencies):
             raise ExportError(
-                f"M has {size} rows, but {len(self.interfaces)} interfaces and {len(self.frequencies)} "
-                "modes make "
+                f"M has {size} rows, but {len(self.interfaces)} interfaces and {len(self.frequencies)} modes make "
                 f"{n_frames + len(self.frequencies)} coordinates."
             )
         for name in ("M", "K", "C"):
@@ -89,6 +101,7 @@ class ReducedBody:
                 getattr(self, name).setflags(write=False)
 
     @classmethod
+    @known_keywords(UnknownKeywordError)
     def from_arrays(
         cls,
         M: ArrayLike,
@@ -98,16 +111,25 @@ class ReducedBody:
         *,
         max_frequency: float | None = None,
         source: str = "arrays",
-        **unknown: NoReturn,
     ) -> ReducedBody:
         """Make a body of a superelement's matrices.
 
-        M, K, C: (n, n) SI, rows: six (x y z rx ry rz, global axes) an interface in the order given, then
-        modes that leave the interfaces at rest. interfaces: {name: position (3,) [m]}. max_frequency [Hz]:
-        default the highest interior mode. Mass, CoG and inertia come from M in rigid motion. Raises
-        ExportError, InterfaceError.
+        Parameters
+        ----------
+        M, K, C : (n, n) SI; rows: six (x y z rx ry rz, global axes) an interface in the order given, then modes
+            that leave the interfaces at rest.
+        interfaces : {name: position (3,) [m]}.
+        max_frequency : up to where it is valid [Hz]; the highest interior mode if None.
+        source : what reports call it.
+
+        Raises
+        ------
+        ExportError, InterfaceError : arrays or positions that cannot be right.
+
+        Notes
+        -----
+        Mass, CoG and inertia follow from M in rigid motion.
         """
-        refuse_unknown_keywords("ReducedBody.from_arrays", unknown, _KEYWORDS)
         frames = {}
         for name, position in interfaces.items():
             check_interface_name(name)
@@ -159,10 +181,8 @@ class ReducedBody:
     def __repr__(self) -> str:
         """Return one line: source, interfaces, modes, cut-off, mass."""
         return (
-            f"ReducedBody({self.source}: interfaces {', '.join(self.interfaces)}; {len(self.frequencies)} "
-            "interior "
-            f"modes, cut-off {self.max_frequency:.6g} Hz; {self.mass:.6g} "
-            f"kg{'' if self.is_free else ', held'})"
+            f"ReducedBody({self.source}: interfaces {', '.join(self.interfaces)}; {len(self.frequencies)} interior "
+            f"modes, cut-off {self.max_frequency:.6g} Hz; {self.mass:.6g} kg{'' if self.is_free else ', held'})"
         )
 
     def __str__(self) -> str:
@@ -177,9 +197,8 @@ class ReducedBody:
         for frame in self.interfaces.values():
             x, y, z = frame.position
             lines.append(
-                f"interface        {frame.name}: {frame.tie} at {x:.6g}, {y:.6g}, {z:.6g} m, "
-                f"{len(frame.node_ids)} nodes "
-                f"within {frame.radius:.4g} m"
+                f"interface        {frame.name}: {frame.tie} at {x:.6g}, {y:.6g}, {z:.6g} m, {len(frame.node_ids)} "
+                f"nodes within {frame.radius:.4g} m"
             )
         lines.append(f"interior modes   {len(self.frequencies)}, cut-off {self.max_frequency:.6g} Hz")
         return "\n".join(lines)
@@ -223,8 +242,7 @@ def _checked_symmetric(name: str, matrix: FloatArray, size: int) -> FloatArray:
     if np.any(difference > allowed):
         row, column = np.unravel_index(int(np.argmax(difference - allowed)), matrix.shape)
         raise ExportError(
-            f"{name} is not symmetric: [{row}, {column}] is {matrix[row, column]:.6g} and [{column}, {row}] "
-            "is "
+            f"{name} is not symmetric: [{row}, {column}] is {matrix[row, column]:.6g} and [{column}, {row}] is "
             f"{matrix[column, row]:.6g}."
         )
     return np.asarray(0.5 * (matrix + matrix.T))
@@ -234,8 +252,7 @@ def _refuse_indefinite(M: FloatArray, K: FloatArray) -> None:
     """M must be positive definite, K semi-definite, both scaled to a unit diagonal (m and rad alike)."""
     if np.any(np.diag(M) <= 0.0) or np.linalg.eigvalsh(_unit_diagonal(M))[0] <= 0.0:
         raise ExportError(
-            f"M is not positive definite (smallest diagonal entry {np.diag(M).min():.4g}). A coordinate "
-            "without mass "
+            f"M is not positive definite (smallest diagonal entry {np.diag(M).min():.4g}). A coordinate without mass "
             "cannot be integrated in time; give it some, or condense it."
         )
     lowest = np.linalg.eigvalsh(_unit_diagonal(K))[0]

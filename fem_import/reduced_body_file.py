@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fem_import.display import DisplayMesh
 from fem_import.errors import ExportError, FemImportError, MissingFileError
 from fem_import.inertia_integrals import InertiaIntegrals
 from fem_import.interfaces import TIES, check_interface_name
@@ -35,6 +36,7 @@ _PLAIN = (
     "solver",
 )
 _INTEGRALS = tuple(item.name for item in fields(InertiaIntegrals))
+_DISPLAY = tuple(item.name for item in fields(DisplayMesh))
 
 
 def write_body(body: ReducedBody, path: str | os.PathLike[str]) -> None:
@@ -52,6 +54,9 @@ def write_body(body: ReducedBody, path: str | os.PathLike[str]) -> None:
     if body.inertia_integrals is not None:
         for name in _INTEGRALS:
             arrays[f"integral_{name}"] = np.asarray(getattr(body.inertia_integrals, name))
+    if body.display is not None:
+        for name in _DISPLAY:
+            arrays[f"display_{name}"] = getattr(body.display, name)
     header = {
         "format": np.array(_FORMAT),
         "version": np.array(_VERSION),
@@ -128,6 +133,9 @@ def _body(arrays: dict[str, NDArray[Any]]) -> ReducedBody:
         values: dict[str, Any] = {name: arrays[f"integral_{name}"] for name in _INTEGRALS}
         values["mass"] = float(values["mass"])
         integrals = InertiaIntegrals(**values)
+    display = None
+    if f"display_{_DISPLAY[0]}" in arrays:
+        display = DisplayMesh(**{name: arrays[f"display_{name}"] for name in _DISPLAY})
     return ReducedBody(
         M=arrays["M"],
         K=arrays["K"],
@@ -142,6 +150,7 @@ def _body(arrays: dict[str, NDArray[Any]]) -> ReducedBody:
         source=str(arrays["source"]),
         solver=str(arrays["solver"]),
         inertia_integrals=integrals,
+        display=display,
     )
 
 

@@ -5,23 +5,25 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from numbers import Real
-from typing import NoReturn, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
 from fem_import.component_modes import ComponentModes, craig_bampton
+from fem_import.display import display_mesh
 from fem_import.errors import (
     ReductionError,
+    UnknownKeywordError,
     UnknownNameError,
     nearest_known,
-    refuse_unknown_keywords,
     warn_user,
 )
 from fem_import.fe_model import FEModel
 from fem_import.inertia_integrals import inertia_integrals
 from fem_import.interfaces import Interface, Nodes, TiedInterface, tie_interfaces
+from fem_import.keywords import known_keywords
 from fem_import.names import NamedItems
 from fem_import.reduced_body import InterfaceFrame, ReducedBody
 
@@ -30,9 +32,9 @@ FloatArray: TypeAlias = NDArray[np.float64]
 METHODS = ("craig-bampton",)
 USEFUL_SHARE = 1.5
 """Frequencies up to the cut-off over this are right to about 1 % (plain Craig-Bampton, measured)."""
-_KEYWORDS = ("part", "interfaces", "max_frequency", "tie", "method", "inertia_vectors")
 
 
+@known_keywords(UnknownKeywordError)
 def reduce(
     part: FEModel,
     interfaces: Mapping[str, Interface | Nodes],
@@ -40,21 +42,37 @@ def reduce(
     tie: str = "rigid",
     method: str = "craig-bampton",
     inertia_vectors: bool = True,
-    **unknown: NoReturn,
 ) -> ReducedBody:
     """Reduce a part to its interfaces and the modes below a cut-off.
 
-    interfaces: {name: node set's name, node labels or Interface}; tie: "rigid" or "average" where the
-    Interface does not say. max_frequency [Hz]: all modes below it are kept of the part with its interfaces
-    held. Trust the body up to max_frequency / 1.5: there the error is about 1 % without, far less with
-    inertia vectors. inertia_vectors: add up to six vectors an interface that carry the inertia of the
-    constraint modes.
+    Parameters
+    ----------
+    part : from ``fi.read`` or ``FEModel.from_arrays``.
+    interfaces : {name: node set's name, node labels or ``fi.Interface``}.
+    max_frequency : cut-off [Hz]: all modes below it are kept of the part with its interfaces held. Trust the body
+        up to max_frequency / 1.5; there the error is about 1 % without, far less with inertia vectors.
+    tie : "rigid" (the nodes follow the frame) or "average" (the frame follows the nodes), where an Interface does
+        not say itself.
+    method : "craig-bampton".
+    inertia_vectors : add up to six vectors an interface that carry the inertia of the constraint modes.
 
-    Warns (ExportWarning) if the cut-off cannot serve: no interior mode lies below it, or the first flexible
-    mode of the reduced part on its own lies above the trusted range; and if the part is held to ground in the
-    export. Raises InterfaceError, ReductionError, UnknownNameError. Method: see `craig_bampton`.
+    Returns
+    -------
+    ReducedBody over six coordinates an interface and the interior modes.
+
+    Raises
+    ------
+    InterfaceError, ReductionError, UnknownNameError : what is wrong with which interface or number.
+
+    Warns
+    -----
+    ExportWarning : no interior mode lies below the cut-off; the first flexible mode of the reduced part on its own
+        lies above the trusted range; the part is held to ground in the export.
+
+    Notes
+    -----
+    R. R. Craig, M. C. C. Bampton, Coupling of substructures for dynamic analyses, AIAA Journal 6 (1968) 1313-1319.
     """
-    refuse_unknown_keywords("reduce", unknown, _KEYWORDS)
     if not isinstance(part, FEModel):
         raise ReductionError(f"part must be a fi.FEModel (from fi.read or from_arrays); got {type(part).__name__}.")
     if method not in METHODS:
@@ -81,14 +99,14 @@ def reduce(
         solver=modes.solver,
         inertia_integrals=inertia_integrals(part, modes.basis, modes.mass_times_basis),
         basis=modes.basis,
+        display=display_mesh(part.skin, part.node_ids, part.positions, part.dofs, modes.basis),
     )
     if not report.is_free:
         warn_user(
             f"{part.source} is fixed to ground in the export ({report.support}; rigid-body residual "
-            f"{report.rigid_body_residual.max():.1e}): the body cannot move freely, and its mass "
-            f"{report.mass:.6g} kg counts "
-            "only the DoF that are present. Export the part free and hold it in the assembly if that is not "
-            "meant."
+            f"{report.rigid_body_residual.max():.1e}): the body cannot move freely, and its mass {report.mass:.6g} "
+            "kg counts only the DoF that are present. Export the part free and hold it in the assembly if that is "
+            "not meant."
         )
     doubt = _doubt_about_cutoff(part, body, modes)
     if doubt is not None:
@@ -118,21 +136,18 @@ def _doubt_about_cutoff(part: FEModel, body: ReducedBody, modes: ComponentModes)
     cutoff = body.max_frequency
     flexible = flexible_frequencies(body)
     trusted = (
-        f"Frequencies above max_frequency / {USEFUL_SHARE} = {cutoff / USEFUL_SHARE:.4g} Hz are not to be "
-        f"trusted (the usual factor of {USEFUL_SHARE} is a 1 % rule)."
+        f"Frequencies above max_frequency / {USEFUL_SHARE} = {cutoff / USEFUL_SHARE:.4g} Hz are not to be trusted "
+        f"(the usual factor of {USEFUL_SHARE} is a 1 % rule)."
     )
     if len(flexible) and flexible[0] > cutoff / USEFUL_SHARE:
         return (
-            f"max_frequency={cutoff:g} Hz is too low for {part.source}: its first flexible mode by itself "
-            "is near "
-            f"{flexible[0]:.4g} Hz, so the body is no more than a spring and a mass. {trusted} Ask for at "
-            "least "
+            f"max_frequency={cutoff:g} Hz is too low for {part.source}: its first flexible mode by itself is near "
+            f"{flexible[0]:.4g} Hz, so the body is no more than a spring and a mass. {trusted} Ask for at least "
             f"{USEFUL_SHARE * flexible[0]:.3g} Hz."
         )
     if modes.n_below == 0 and modes.next_frequency is not None:
         return (
-            f"max_frequency={cutoff:g} Hz keeps no mode of {part.source} with its interfaces held; the "
-            "first is at "
+            f"max_frequency={cutoff:g} Hz keeps no mode of {part.source} with its interfaces held; the first is at "
             f"{modes.next_frequency:.4g} Hz. The body deforms statically only. {trusted} Ask for more than "
             f"{modes.next_frequency:.4g} Hz if dynamics up to there matter."
         )

@@ -89,8 +89,8 @@ class RigidBody:
                 raise ModelError(f"{what}: {label} is missing.")
         if inertia is None:
             raise ModelError(
-                f"{what}: inertia=({', '.join(INERTIA_NAMES)}) [kg m²] about the CoG is missing; "
-                "a 1-D model (axis=...) needs only one number per body."
+                f"{what}: inertia=({', '.join(INERTIA_NAMES)}) [kg m²] about the CoG is missing; a 1-D model "
+                "(axis=...) needs only one number per body."
             )
         kilograms = number(mass, f"{what}: mass", "kg", above=0.0)
         centre = point(cog, f"{what}: cog")
@@ -309,8 +309,8 @@ def _inertia(value: object, products: object, what: str) -> tuple[float, ...]:
     signs: dict[object, float] = {"tensor": 1.0, "integral": -1.0}
     if products not in signs:
         raise ModelError(
-            f"{what}: products={products!r} is not known; 'tensor' when Ixy = -integral(x y dm) is given, "
-            "'integral' when the CAD program prints Ixy = +integral(x y dm)."
+            f"{what}: products={products!r} is not known; 'tensor' when Ixy = -integral(x y dm) is given, 'integral' "
+            "when the CAD program prints Ixy = +integral(x y dm)."
         )
     raw = numbers_of(value, 6, f"{what}: inertia", ", ".join(INERTIA_NAMES) + " [kg m²]")
     six = raw[:3] + tuple(signs[products] * v for v in raw[3:])
@@ -320,14 +320,13 @@ def _inertia(value: object, products: object, what: str) -> tuple[float, ...]:
     shown = ", ".join(f"{v:.6g}" for v in moments)
     if moments[0] <= 0:
         raise ModelError(
-            f"{what}: inertia {raw} is not positive definite (principal moments {shown} kg m²); "
-            "a point mass gets a small sphere's inertia, and CAD programs that print "
-            "+integral(x y dm) need products='integral'."
+            f"{what}: inertia {raw} is not positive definite (principal moments {shown} kg m²); a point mass gets a "
+            "small sphere's inertia, and CAD programs that print +integral(x y dm) need products='integral'."
         )
     if moments[2] > (moments[0] + moments[1]) * (1 + TRIANGLE_TOLERANCE):
         raise ModelError(
-            f"{what}: no body has the inertia {raw}: its largest principal moment is above the sum of the other "
-            f"two (principal moments {shown} kg m²). Check the order {', '.join(INERTIA_NAMES)}, the sign of the "
+            f"{what}: no body has the inertia {raw}: its largest principal moment is above the sum of the other two "
+            f"(principal moments {shown} kg m²). Check the order {', '.join(INERTIA_NAMES)}, the sign of the "
             "products (products='integral') and that it is taken about the CoG."
         )
     return six

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import difflib
-import functools
-import inspect
-from collections.abc import Callable, Iterable
-from typing import ParamSpec, TypeVar
+from collections.abc import Iterable
 
-P = ParamSpec("P")
-R = TypeVar("R")
+from fem_import.errors import nearest_known
+from fem_import.keywords import known_keywords as keyword_check
 
 
 class IbsdynError(Exception):
@@ -56,29 +52,7 @@ def nearest(name: str, known: Iterable[str]) -> str:
     -------
     ``Did you mean 'mirror'? Known: 'base', 'mirror'.``
     """
-    names = [str(k) for k in known]
-    lower = {k.lower(): k for k in names}
-    close = difflib.get_close_matches(str(name).lower(), list(lower), n=1, cutoff=0.5)
-    guess = f"Did you mean {lower[close[0]]!r}? " if close else ""
-    listing = ", ".join(repr(k) for k in names[:12]) + (", ..." if len(names) > 12 else "")
-    return f"{guess}Known: {listing}." if names else "There are none yet."
+    return nearest_known(name, known).strip()
 
 
-def known_keywords(function: Callable[P, R]) -> Callable[P, R]:
-    """Make a function answer an unknown keyword with the nearest one that it knows.
-
-    Raises
-    ------
-    UnknownKeywordError : in place of Python's bare TypeError.
-    """
-    parameters = [name for name in inspect.signature(function).parameters if name not in ("self", "cls")]
-
-    @functools.wraps(function)
-    def checked(*args: P.args, **kwargs: P.kwargs) -> R:
-        for keyword in kwargs:
-            if keyword not in parameters:
-                called = function.__qualname__.removesuffix(".__init__")
-                raise UnknownKeywordError(f"{called}() has no parameter {keyword!r}. {nearest(keyword, parameters)}")
-        return function(*args, **kwargs)
-
-    return checked
+known_keywords = keyword_check(UnknownKeywordError)

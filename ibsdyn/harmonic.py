@@ -141,13 +141,12 @@ def _solver(system: LinearSystem, omega: Array, hysteretic: bool) -> tuple[Solve
     coupled_damping = _without_rounding(damping)
     coupled_stiffness = _without_rounding(stiffness)
     if _is_diagonal(coupled_damping) and _is_diagonal(coupled_stiffness):
-        k, c = np.diag(coupled_stiffness), np.diag(coupled_damping).real
-        return _diagonal_solver(k, c, omega), K_base
+        return _diagonal_solver(np.diag(coupled_stiffness), np.diag(damping), omega), K_base
     fast = None
     if not coupled_damping.any():
         fast = _second_order_solver(coupled_stiffness, omega)
     elif not hysteretic:
-        fast = _first_order_solver(natural, coupled_damping.real, omega)
+        fast = _first_order_solver(natural, coupled_damping.real.astype(float), omega)
     direct = _direct_solver(coupled_stiffness, coupled_damping, omega)
     if fast is not None and _agree(fast, coupled_stiffness, coupled_damping, omega):
         return fast, K_base

@@ -406,8 +406,8 @@ class Model:
         second = found[1] if found[1] is not None else found[0]
         if first is None or second is None:
             raise ModelError(
-                f"{what}: give position1= or position2= [m], where it meets {ends[0]!r} and {ends[1]!r}; "
-                "one is enough where both are the same."
+                f"{what}: give position1= or position2= [m], where it meets {ends[0]!r} and {ends[1]!r}; one is "
+                "enough where both are the same."
             )
         return first, second
 

@@ -68,8 +68,8 @@ def _locks(assembly: Assembly) -> list[str]:
     if not redundant:
         return []
     return [
-        f"the model is over-constrained {redundant} times: that many locked directions (inf) repeat others. Real parts "
-        "would be forced into place there; give one of the parallel connections a finite stiffness."
+        f"the model is over-constrained {redundant} times: that many locked directions (inf) repeat others. Real "
+        "parts would be forced into place there; give one of the parallel connections a finite stiffness."
     ]
 
 
@@ -92,7 +92,8 @@ def _free_directions(assembly: Assembly) -> list[str]:
         verb = "is" if len(whole) == 1 else "are"
         found.insert(
             0,
-            f"{in_words(whole)} {verb} free in all six directions: no fixation holds on (six rigid-body modes at 0 Hz).",
+            f"{in_words(whole)} {verb} free in all six directions: no fixation holds on (six rigid-body modes at 0 "
+            "Hz).",
         )
     return found
 
@@ -194,8 +195,8 @@ def _damping(items: Mapping[str, Item], connections: Mapping[str, Connection]) -
                     found.append(f"{item.name}: {high_zeta_words(item.zeta)}")
     if not damped:
         found.append(
-            "nothing is damped: responses are infinite at the resonances; give the connections a zeta "
-            "(0.005 to 0.02 is usual for metal parts and bolted joints)."
+            "nothing is damped: responses are infinite at the resonances; give the connections a zeta (0.005 to 0.02 "
+            "is usual for metal parts and bolted joints)."
         )
     return found
 
@@ -203,8 +204,8 @@ def _damping(items: Mapping[str, Item], connections: Mapping[str, Connection]) -
 def high_zeta_words(zeta: float) -> str:
     """Return what to say of a damping ratio that is too high to be meant."""
     return (
-        f"zeta = {zeta:g} is {100 * zeta:.0f} % of critical damping, beyond what modal damping describes; "
-        "was a percentage meant?"
+        f"zeta = {zeta:g} is {100 * zeta:.0f} % of critical damping, beyond what modal damping describes; was a "
+        "percentage meant?"
     )
 
 
@@ -232,8 +233,9 @@ def _body_units(body: RigidBody) -> list[str]:
     worst = int(np.argmax(np.abs(np.log(radii))))
     if not GYRATION_RADIUS[0] <= radii[worst] <= GYRATION_RADIUS[1]:
         found.append(
-            f"{body.name}: {INERTIA_NAMES[worst]} = {body.inertia[worst]:g} kg m² with {body.mass:g} kg means a radius of "
-            f"gyration of {radii[worst]:.3g} m, which is doubtful; units are kg m² (1 kg mm² is 1e-6 kg m²)."
+            f"{body.name}: {INERTIA_NAMES[worst]} = {body.inertia[worst]:g} kg m² with {body.mass:g} kg means a "
+            f"radius of gyration of {radii[worst]:.3g} m, which is doubtful; units are kg m² (1 kg mm² is 1e-6 kg "
+            "m²)."
         )
     return found
 
@@ -256,8 +258,8 @@ def _arm(connection: Connection) -> list[str]:
     if STIFFNESS_ARM[0] <= arm <= STIFFNESS_ARM[1]:
         return []
     return [
-        f"{connection.name}: {turn:g} N·m/rad beside {move:g} N/m means springs {arm:.2g} m apart, which is doubtful; "
-        "units are N/m and N·m/rad."
+        f"{connection.name}: {turn:g} N·m/rad beside {move:g} N/m means springs {arm:.2g} m apart, which is "
+        "doubtful; units are N/m and N·m/rad."
     ]
 
 

@@ -27,8 +27,8 @@ def valid_name(name: object, what: str) -> str:
         raise ModelError(f"{what}: the name must be a non-empty text, got {name!r}.")
     if "." in name or name != name.strip():
         raise ModelError(
-            f"{what} {name!r}: a name has no dot and no blanks at its ends; "
-            "the dot separates a flexible body from its interface, as in 'flexure.tip'."
+            f"{what} {name!r}: a name has no dot and no blanks at its ends; the dot separates a flexible body from "
+            "its interface, as in 'flexure.tip'."
         )
     return name
 
@@ -105,8 +105,8 @@ def rotation_matrix(value: object, what: str) -> tuple[tuple[float, float, float
     error = float(np.abs(matrix.T @ matrix - np.eye(3)).max())
     if error > AXES_TOLERANCE:
         raise ModelError(
-            f"{what} must have orthogonal columns of length 1; axes^T axes misses the identity by {error:.2g} "
-            f"in {matrix.tolist()}."
+            f"{what} must have orthogonal columns of length 1; axes^T axes misses the identity by {error:.2g} in "
+            f"{matrix.tolist()}."
         )
     if np.linalg.det(matrix) < 0:
         raise ModelError(f"{what} must be right-handed (x cross y = z); swap or flip one column of it.")

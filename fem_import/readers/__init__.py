@@ -4,22 +4,22 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import NoReturn
 
-from fem_import.errors import ExportError, MissingFileError, refuse_unknown_keywords
+from fem_import.errors import ExportError, MissingFileError, UnknownKeywordError
 from fem_import.fe_model import FEModel
+from fem_import.keywords import known_keywords
 from fem_import.readers.calculix import JOB_SUFFIXES, job_stem, read_calculix
 
 __all__ = ["read", "read_calculix"]
 
 
-def read(path: str | os.PathLike[str], units: str = "SI", **unknown: NoReturn) -> FEModel:
+@known_keywords(UnknownKeywordError)
+def read(path: str | os.PathLike[str], units: str = "SI") -> FEModel:
     """Read an export; the program it comes from is told by its files.
 
     path: a CalculiX job (.inp with .sti, .mas and .dof beside it, or its stem). units: as the program had
     them. Raises ExportError if no reader knows the file, MissingFileError, UnknownNameError.
     """
-    refuse_unknown_keywords("read", unknown, ("path", "units"))
     given = Path(path)
     stem = job_stem(given)
     is_job = stem != given or any(

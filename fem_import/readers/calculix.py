@@ -58,6 +58,7 @@ def read_calculix(path: str | os.PathLike[str], units: str = "SI") -> FEModel:
         units=units,
         source=f"CalculiX {deck_path.name}",
         digits=digits,
+        skin=deck.skin,
     )
     if digits < MINIMUM_DIGITS:
         warn_user(

@@ -12,9 +12,12 @@ from typing import NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
+from fem_import.display import skin_of_solids
 from fem_import.errors import ExportError, MissingFileError
 
 _EXPANDED_ELEMENTS = ("S3", "S4", "S6", "S8", "B2", "B3", "CPS", "CPE", "CAX", "M3D", "T2D", "T3D")
+# Nodes and corner nodes of the solids whose skin is drawn.
+_SOLIDS = {"C3D4": (4, 4), "C3D10": (10, 4), "C3D6": (6, 6), "C3D15": (15, 6), "C3D8": (8, 8), "C3D20": (20, 8)}
 _ABAQUS_ASSEMBLY = ("*PART", "*INSTANCE", "*ASSEMBLY")
 
 
@@ -31,13 +34,14 @@ class RigidBody:
 
 @dataclass(frozen=True, eq=False)
 class Deck:
-    """Nodes (labels, positions as written), node sets as spelled, rigid bodies, expanded element types."""
+    """Nodes (labels, positions as written), node sets as spelled, rigid bodies, expanded element types, skin."""
 
     node_ids: NDArray[np.int64]
     positions: NDArray[np.float64]
     node_sets: dict[str, NDArray[np.int64]]
     rigid_bodies: tuple[RigidBody, ...]
     expanded_elements: tuple[str, ...]
+    skin: NDArray[np.int64]  # (t, 3) node labels
 
 
 @dataclass
@@ -72,6 +76,7 @@ def read_deck(path: Path) -> Deck:
     spelled: dict[str, str] = {}  # ccx ignores the case of names: the first spelling stands
     rigid_bodies: list[RigidBody] = []
     expanded: list[str] = []
+    corners: list[NDArray[np.int64]] = []
 
     def add_to_set(name: str, members: NDArray[np.int64]) -> None:
         sets.setdefault(spelled.setdefault(name.casefold(), name), []).append(members)
@@ -94,6 +99,7 @@ def read_deck(path: Path) -> Deck:
             element = card.parameters.get("TYPE", "").upper()
             if element.startswith(_EXPANDED_ELEMENTS) and element not in expanded:
                 expanded.append(element)
+            corners += _solid_corners(card, element)
     if not labels:
         raise ExportError(f"{path} defines no nodes (*NODE), nor does what it includes.")
     node_ids = np.concatenate(labels)
@@ -106,6 +112,7 @@ def read_deck(path: Path) -> Deck:
         node_sets={name: np.unique(np.concatenate(members)) for name, members in sets.items()},
         rigid_bodies=tuple(rigid_bodies),
         expanded_elements=tuple(expanded),
+        skin=skin_of_solids(corners),
     )
 
 
@@ -203,6 +210,19 @@ def _node_line(card: _Card, line: str) -> list[float]:
     except ValueError:
         card.refuse(f"expected 'label, x, y, z', found {line[:60]!r}.")
     return values + [0.0] * (4 - len(values))
+
+
+def _solid_corners(card: _Card, element: str) -> list[NDArray[np.int64]]:
+    """Return the corner labels of a block of solids, for drawing only: nothing where the block is not understood."""
+    kind = next((size for name, size in _SOLIDS.items() if element.rstrip("RIMTESB") == name), None)
+    if kind is None:
+        return []
+    try:
+        numbers = np.array(",".join(line.rstrip(", ") for line in card.data).split(","), dtype=np.int64)
+    except (ValueError, OverflowError):
+        return []
+    width = kind[0] + 1
+    return [numbers.reshape(-1, width)[:, 1 : 1 + kind[1]]] if len(numbers) % width == 0 else []
 
 
 def _set_members(card: _Card, sets: dict[str, list[NDArray[np.int64]]], spelled: dict[str, str]) -> NDArray[np.int64]:

@@ -18,24 +18,19 @@ if TYPE_CHECKING:
 
 # The largest motion is drawn as this share of the model's size.
 DRAWN_SHARE = 0.12
-# Two triangles for each of the six faces of a box whose corners are numbered in binary, x slowest.
-_BOX = np.array(
-    [
-        (0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1),
-        (2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3),
-    ]
-)  # fmt: skip
+# Faces of a box whose corners are numbered in binary, x slowest.
+_BOX = np.array([(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)])
 _BOX_EDGES = np.array([(a, b) for a in range(8) for b in range(a, 8) if bin(a ^ b).count("1") == 1])
 
 
 @dataclass(frozen=True, eq=False)
 class _Drawn:
-    """Something to draw: points (p, 3), their motion (p, 3), triangles and lines between them, whose it is."""
+    """Something to draw: points (p, 3), their motion (p, 3), faces and lines between them, whose it is."""
 
     name: str
     points: Array
     motion: Array
-    triangles: np.ndarray | None
+    faces: np.ndarray | None
     lines: np.ndarray
 
 
@@ -91,7 +86,7 @@ def _drawn(assembly: Assembly, shape: Array) -> list[_Drawn]:
 
 
 def _flexible(assembly: Assembly, body: FlexibleBody, shape: Array) -> _Drawn:
-    display = getattr(body.reduced, "display", None)
+    display = body.reduced.display
     if display is not None:
         motion = (display.basis @ shape[assembly.places[body.name]]).reshape(-1, 3)
         return _Drawn(body.name, display.points, motion, display.triangles, np.zeros((0, 2), dtype=int))
@@ -121,10 +116,13 @@ def _draw(axes: Axes3D, part: _Drawn, scale: float, colour: str) -> None:
     for a, b in part.lines:
         axes.plot(*rest[[a, b]].T, color="0.7", linewidth=0.7)
         axes.plot(*moved[[a, b]].T, color=colour, linewidth=1.2)
-    if part.triangles is not None:
-        axes.plot_trisurf(
-            *moved.T, triangles=part.triangles, color=colour, alpha=0.45, linewidth=0, antialiased=False, shade=True
-        )
+    if part.faces is not None:
+        from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+        # A mesh is seen as the part it is; the box stands for any shape with its inertia, so one looks through it.
+        opacity = 0.3 if part.faces is _BOX else 1.0
+        faces = Poly3DCollection(moved[part.faces], facecolors=colour, linewidths=0, alpha=opacity, shade=True)
+        axes.add_collection3d(faces)
 
 
 def _equal_scales(axes: Axes3D, points: Array) -> None:

@@ -35,3 +35,12 @@ def run_ccx():
         subprocess.run([program, deck.stem], cwd=deck.parent, check=True, capture_output=True, timeout=60)
 
     return run
+
+
+@pytest.fixture(scope="session")
+def flexure_body():
+    """The flexure of the example, reduced."""
+    import fem_import as fi
+
+    export = Path(__file__).resolve().parents[2] / "examples" / "mirror_flexure" / "flexure.inp"
+    return fi.reduce(fi.read_calculix(export), {"base": "BASE", "tip": "TIP"}, max_frequency=8000.0)
