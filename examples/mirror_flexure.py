@@ -41,6 +41,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fem_import.display import skin_of_solids
+
 EXPORT = Path(__file__).with_suffix("")
 JOB = "flexure"
 MM = 1e-3  # the drawing is in millimetres, the export in metres
@@ -319,6 +321,11 @@ def arrange_rows(model: Any, part: Flexure, leaf: int) -> None:
             in_rows(face)
     for _, face in model.getBoundary([(3, leaf)], oriented=False):
         in_rows(face)
+        x_min, _, _, x_max, _, _ = model.getBoundingBox(2, face)
+        if x_max - x_min < part.leaf_height / 2:
+            # The leaf's ends: the diagonals that gmsh's rows of tetrahedra have there, so that leaf and flange share
+            # whole faces. With its default they would hang together by edges only.
+            mesh.setTransfiniteSurface(face, "Right")
     mesh.setTransfiniteVolume(leaf)
 
 
@@ -376,9 +383,20 @@ def mirror_mesh(mesh: Mesh, axis: int) -> Mesh:
     )
 
 
+def refuse_cracks(mesh: Mesh) -> None:
+    """SystemExit where neighbours do not share whole faces: more than two outer faces meet at an edge."""
+    skin = skin_of_solids([mesh.elements[:, :4]])
+    edges = np.sort(np.vstack([skin[:, [0, 1]], skin[:, [1, 2]], skin[:, [2, 0]]]), axis=1)
+    places, counts = np.unique(edges, axis=0, return_counts=True)
+    if np.any(counts != 2):
+        x, y, z = mesh.nodes[places[counts != 2][0, 0]] / MM
+        raise SystemExit(f"The mesh has a crack near ({x:.1f}, {y:.1f}, {z:.1f}) mm: faces there are not shared.")
+
+
 def mesh_part(part: Flexure) -> Mesh:
     """Mesh of the whole part [m]."""
     whole = mirror_mesh(mirror_mesh(mesh_quarter(part), axis=1), axis=2)
+    refuse_cracks(whole)
     if np.intersect1d(whole.sets["BASE"], whole.sets["TIP"]).size:
         raise SystemExit("BASE and TIP share nodes: the flanges are too close to each other.")
     # Neighbours and mirror images get neighbouring labels: gzip then makes the matrices a quarter smaller.

@@ -31,8 +31,8 @@ def test_mirror_module_meets_its_requirement_in_all_three_fidelities(mirror_modu
     )
     # two leaning leaf springs are the pivot of the formula, but for the screws in series
     assert rigid.modes.frequencies[0] == pytest.approx(f, rel=0.02)
-    # 267.0 Hz is the unreduced FE model with its base clamped; the screws take a little of it
-    assert 0.97 * 267.0 < hybrid.modes.frequencies[0] < 267.0
+    # 267.5 Hz is the unreduced FE model with its base clamped; the screws take a little of it
+    assert 0.97 * 267.5 < hybrid.modes.frequencies[0] < 267.5
     for prediction in (concept, rigid, hybrid):
         assert prediction.beam_deflection < mirror_module.BEAM_DEFLECTION
         assert prediction.rotation.magnitude[0, 0, 0] == pytest.approx(1.0, abs=0.02)
