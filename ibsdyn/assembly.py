@@ -139,6 +139,15 @@ class Assembly:
             local[locked],
         )
 
+    def ends_of(self, joint: Joint) -> tuple[Array, Array]:
+        """Return the (r, n) motions of both ends of a joint at its elastic centre; r = 6, in 1-D models 1."""
+        ends = (joint.connection.item1, joint.connection.item2)
+        rows = [self.motion(end, None if self.axis is not None else joint.centre) for end in ends]
+        if self.axis is None:
+            return rows[0], rows[1]
+        row = DIRECTIONS.index(self.axis)
+        return rows[0][row : row + 1], rows[1][row : row + 1]
+
     def rigid_motion(self) -> Array:
         """Return the (n, 6) coordinates of the whole model, base included, in a rigid motion about the origin.
 

@@ -8,39 +8,11 @@ energy.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from ibsdyn.axes import Array
-
-
-@dataclass(frozen=True, eq=False)
-class ElasticPart:
-    """Something that stores strain energy: a connection or a flexible body.
-
-    Attributes
-    ----------
-    name : of the component.
-    rows : (r, n + n_base) its deformation from the independent coordinates, the base's last.
-    stiffness : (r, r) on those rows.
-    zeta : relative damping ratio; zero where an explicit damper or an exported C stands in its place.
-    viscous : whether such an explicit damper is there.
-    """
-
-    name: str
-    rows: Array
-    stiffness: Array
-    zeta: float
-    viscous: bool
-
-    def energy(self, shapes: Array) -> Array:
-        """Return twice the strain energy of each column of ``shapes`` (n, n_modes), the base at rest."""
-        deformation = self.rows[:, : len(shapes)] @ shapes
-        # Each part is positive semi-definite; rounding may leave a trace below zero.
-        doubled = np.einsum("ir,ij,jr->r", deformation, self.stiffness, deformation, optimize=True)
-        positive: Array = np.maximum(doubled, 0.0)
-        return positive
+from ibsdyn.elastic_parts import ElasticPart
 
 
 def strain_energy_shares(parts: Sequence[ElasticPart], shapes: Array, rigid: np.ndarray) -> dict[str, Array]:

@@ -20,6 +20,7 @@ from exudyn.rigidBodyUtilities import RigidBodyInertia
 from ibsdyn.assembly import Assembly, Joint
 from ibsdyn.axes import Array, is_rotation, rigid_transfer
 from ibsdyn.components import Fixation, FlexibleBody, Inertia1D, RigidBody
+from ibsdyn.elastic_parts import damping_size, stiffness_size
 from ibsdyn.errors import EngineError, ModelError, nearest
 from ibsdyn.floating_frame import FloatingFrame
 
@@ -83,18 +84,22 @@ def linearized_matrices(assembly: Assembly, flexible: FlexibleMapping = "small-d
     M, K, C = (to_raw.T @ matrix @ to_raw for matrix in raw)
     limit = ASYMMETRY_LIMIT[flexible]
     return FullMatrices(
-        M=_symmetric(M, "M", limit, np.zeros(len(M))),
+        M=_symmetric(M, "M", limit, np.abs(np.diag(M))),
         # Exudyn finds the velocity Jacobian of the gyroscopic terms by differences, about 1e-10 rad/s beside rest.
-        C=_symmetric(C, "C", limit, GYROSCOPIC_RATE * np.abs(np.diag(M))),
-        K=_symmetric(K, "K", limit, np.zeros(len(M))),
+        C=_symmetric(C, "C", limit, damping_size(assembly) + GYROSCOPIC_RATE * np.abs(np.diag(M))),
+        K=_symmetric(K, "K", limit, stiffness_size(assembly)),
     )
 
 
-def _symmetric(matrix: Array, letter: str, limit: float, floor: Array) -> Array:
-    """Return the symmetric part after checking that nothing but rounding is lost."""
-    size = np.sqrt(np.abs(np.diag(matrix)) + floor)
+def _symmetric(matrix: Array, letter: str, limit: float, size: Array) -> Array:
+    """Return the symmetric part after checking that nothing but rounding is lost.
+
+    Parameters
+    ----------
+    size : (N,) scale of each diagonal entry before anything cancels in it.
+    """
     asymmetry = np.abs(matrix - matrix.T)
-    if not np.isfinite(matrix).all() or (asymmetry > limit * np.outer(size, size)).any():
+    if not np.isfinite(matrix).all() or (asymmetry > limit * np.sqrt(np.outer(size, size))).any():
         raise EngineError(
             f"Exudyn's {letter} is unsymmetric (by up to {asymmetry.max():.2g}) or not finite; please report the model."
         )
@@ -123,6 +128,7 @@ class _Builder:
         self.nodes: dict[str, int] = {}
         self.objects: dict[str, int] = {}
         self.floating: dict[str, FloatingFrame] = {}
+        self.floating_nodes: dict[str, tuple[int, int]] = {}
 
     def build(self) -> None:
         for item in [*self.assembly.bodies, *self.assembly.fixations]:
@@ -221,7 +227,7 @@ class _Builder:
         self.floating[body.name] = frame
         rigid = self.mbs.AddNode(eii.NodeRigidBodyEP(referenceCoordinates=[*frame.origin, 1.0, 0.0, 0.0, 0.0]))
         modes = self._generic_node(len(frame.kept))
-        self.nodes[f"{body.name}:frame"], self.nodes[f"{body.name}:modes"] = rigid, modes
+        self.floating_nodes[body.name] = (rigid, modes)
         self.objects[body.name] = self.mbs.AddObject(
             eii.ObjectFFRFreducedOrder(
                 nodeNumbers=[rigid, modes],
@@ -327,7 +333,7 @@ class _Builder:
             if not isinstance(item, FlexibleBody):
                 to_raw[rows(self.nodes[item.name]), place] = np.eye(place.stop - place.start)
             elif self.flexible == "floating-frame":
-                frame_rows = rows(self.nodes[f"{item.name}:frame"]) + rows(self.nodes[f"{item.name}:modes"])
+                frame_rows = [row for node in self.floating_nodes[item.name] for row in rows(node)]
                 to_raw[frame_rows, place] = self.floating[item.name].to_raw()
             else:
                 used: set[int] = set()

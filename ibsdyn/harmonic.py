@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ibsdyn.axes import Array
 from ibsdyn.errors import AnalysisError
 from ibsdyn.frequency_response import FrequencyResponse
+from ibsdyn.quasi_static import QuasiStaticMotion
 from ibsdyn.signals import BaseMotion, Input, Sensor, checked_inputs, checked_outputs
 
 if TYPE_CHECKING:
@@ -29,8 +30,8 @@ Solver = Callable[[Complex, Array], Complex]
 CONDITION_LIMIT = 1e8
 # What the fast way may differ from a direct solution at the frequencies where it is checked.
 CHECK_TOLERANCE = 1e-8
-# Modal coupling below this share of its row is rounding.
-ROUNDING = 1e-12
+# Modal coupling below this share of what it is summed from is rounding.
+ROUNDING = 1e-10
 CHUNK_BYTES = 64e6
 
 
@@ -47,28 +48,35 @@ def harmonic_response(
     omega = 2 * np.pi * hertz
     natural, shapes, rigid = system._modal
     rows, base_rows = (np.array(part) for part in zip(*(system.sensor(s) for s in sensors), strict=True))
+    static = system.quasi_static_motion()
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # infinities are refused below, in words
-        solver, K_base = _solver(system, omega, hysteretic)
-    # Modal loads are quadratic in i omega: forces are constant, base motion brings K_base, C_base and M_base.
-    powers = np.zeros((3, len(natural), len(sources)), dtype=complex)
-    base = np.zeros((len(system.base_coordinates), len(sources)))
-    for column, source in enumerate(sources):
-        if isinstance(source, BaseMotion):
-            base[:, column] = system.base_motion(source)
-        else:
-            powers[0, :, column] = shapes.T @ system.load(source)
-    for power, matrix in enumerate((K_base, system.C_base if not hysteretic else _viscous_base(system), system.M_base)):
-        powers[power] -= shapes.T @ (matrix @ base)
-    modal_rows = rows @ shapes
-    s = 1j * omega
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        solver, K_static = _solver(system, omega, hysteretic, static)
+        s = 1j * omega
         response = np.zeros((len(sensors), len(sources), len(omega)), dtype=complex)
+        order = np.array([[_order(o) - _order(i) for i in sources] for o in sensors])
+        # The motion is the base's own, carried along quasi-statically, plus what is left behind. What is left behind is
+        # driven by inertia alone, so that it keeps its digits at low frequency, where absolute motions would cancel.
+        powers = np.zeros((3, len(natural), len(sources)), dtype=complex)
+        base = np.zeros((len(system.base_coordinates), len(sources)))
+        for column, source in enumerate(sources):
+            if isinstance(source, BaseMotion):
+                base[:, column] = system.base_motion(source)
+            else:
+                powers[0, :, column] = shapes.T @ system.load(source)
+        n = len(natural)
+        C_static = system._explicit_damping[:n] @ static.motion
+        M_static = system.M @ static.motion[:n] + system.M_base
+        for power, matrix in enumerate((K_static, C_static, M_static)):
+            if not (static.strain_free and power < 2):
+                powers[power] -= shapes.T @ (matrix @ base)
         for power in range(3):
-            if powers[power].any():
-                response += solver(powers[power], modal_rows) * s**power
-        response += (base_rows @ base)[:, :, None]
-        derivative = np.array([[_order(o) - _order(i) for i in sources] for o in sensors])
-        response *= s[None, None, :] ** derivative[:, :, None]
+            driven = np.flatnonzero(powers[power].any(axis=0))
+            if len(driven):
+                exponent = (order[:, driven] + power)[:, :, None]
+                response[:, driven] += solver(powers[power][:, driven], rows @ shapes) * s**exponent
+        carried = static.seen_by(rows, base_rows) @ base
+        for o, i in np.argwhere(carried):
+            response[o, i] += carried[o, i] * s ** order[o, i]
     _refuse_infinite(response, hertz, rigid)
     return FrequencyResponse(
         frequencies=hertz,
@@ -120,28 +128,30 @@ def _refuse_infinite(response: Complex, hertz: Array, rigid: np.ndarray) -> None
     )
 
 
-def _solver(system: LinearSystem, omega: Array, hysteretic: bool) -> tuple[Solver, Complex]:
-    """Return the solver in modal coordinates, and the base stiffness that goes with it."""
+def _solver(system: LinearSystem, omega: Array, hysteretic: bool, static: QuasiStaticMotion) -> tuple[Solver, Complex]:
+    """Return the solver in modal coordinates, and the (n, n_base) forces of the quasi-static motion (hysteretic)."""
     natural, shapes, _ = system._modal
     n = len(natural)
     stiffness = np.diag(natural**2).astype(complex)
-    K_base: Complex = system.K_base.astype(complex)
+    forces: Complex = np.zeros((n, len(system.base_coordinates)), dtype=complex)
     if hysteretic:
         for part in system._parts:
             if part.zeta:
-                free, base = part.rows[:, :n], part.rows[:, n:]
-                deformation = free @ shapes
-                stiffness += 2j * part.zeta * (deformation.T @ part.stiffness @ deformation)
-                K_base += 2j * part.zeta * (free.T @ part.stiffness @ base)
-        damping = shapes.T @ _viscous(system) @ shapes
+                deformation = part.rows[:, :n] @ shapes
+                stiffness += 2j * part.zeta * (deformation.T @ deformation)
+                forces += 2j * part.zeta * (part.rows[:, :n].T @ (part.rows @ static.motion))
+        coupling = system._explicit_damping[:n, :n]
+        damping = shapes.T @ coupling @ shapes
     else:
-        damping = shapes.T @ system.C @ shapes
+        coupling = system.C
+        damping = shapes.T @ coupling @ shapes
         if not any(part.viscous for part in system._parts):
             damping = np.diag(np.diag(damping))  # it is by construction; what lies beside is rounding
-    coupled_damping = _without_rounding(damping)
-    coupled_stiffness = _without_rounding(stiffness)
+    # What cancels in a mode leaves rounding of the size of what cancelled: rigid-body modes above all.
+    coupled_damping = _without_rounding(damping, np.einsum("ir,ij,jr->r", *_absolute(shapes, coupling), optimize=True))
+    coupled_stiffness = _without_rounding(stiffness, np.abs(np.diag(stiffness)))
     if _is_diagonal(coupled_damping) and _is_diagonal(coupled_stiffness):
-        return _diagonal_solver(np.diag(coupled_stiffness), np.diag(damping), omega), K_base
+        return _diagonal_solver(np.diag(coupled_stiffness), np.diag(coupled_damping).real, omega), forces
     fast = None
     if not coupled_damping.any():
         fast = _second_order_solver(coupled_stiffness, omega)
@@ -149,29 +159,18 @@ def _solver(system: LinearSystem, omega: Array, hysteretic: bool) -> tuple[Solve
         fast = _first_order_solver(natural, coupled_damping.real.astype(float), omega)
     direct = _direct_solver(coupled_stiffness, coupled_damping, omega)
     if fast is not None and _agree(fast, coupled_stiffness, coupled_damping, omega):
-        return fast, K_base
-    return direct, K_base
+        return fast, forces
+    return direct, forces
 
 
-def _viscous(system: LinearSystem) -> Array:
-    """Return the (n, n) matrix of the explicit dampers alone."""
-    return system._explicit_damping[: len(system.coordinates), : len(system.coordinates)]
+def _absolute(shapes: Array, matrix: Array) -> tuple[Array, Array, Array]:
+    return np.abs(shapes), np.abs(matrix), np.abs(shapes)
 
 
-def _viscous_base(system: LinearSystem) -> Array:
-    return system._explicit_damping[: len(system.coordinates), len(system.coordinates) :]
-
-
-def _without_rounding(matrix: NDArray[np.complex128] | Array) -> Complex:
-    """Return a modal matrix with the couplings removed that are rounding beside its diagonal."""
+def _without_rounding(matrix: NDArray[np.complexfloating] | Array, size: Array) -> Complex:
+    """Return a modal matrix without the entries that are rounding beside the (n,) sizes of what they are made of."""
     cleaned = np.array(matrix, dtype=complex)
-    size = np.sqrt(np.abs(np.diag(cleaned)))
-    largest = np.abs(cleaned).max(initial=0.0)
-    # A rigid-body mode has no diagonal: its couplings are held against the largest of the matrix.
-    bound = np.maximum(ROUNDING * np.outer(size, size), ROUNDING**2 * largest)
-    rounding = np.abs(cleaned) <= bound
-    np.fill_diagonal(rounding, False)
-    cleaned[rounding] = 0.0
+    cleaned[np.abs(cleaned) <= ROUNDING * np.sqrt(np.outer(size, size))] = 0.0
     return cleaned
 
 
@@ -179,7 +178,7 @@ def _is_diagonal(matrix: Complex) -> bool:
     return not np.any(matrix - np.diag(np.diag(matrix)))
 
 
-def _diagonal_solver(stiffness: Complex, damping: Array, omega: Array) -> Solver:
+def _diagonal_solver(stiffness: Complex, damping: NDArray[np.floating], omega: Array) -> Solver:
     dynamic = 1.0 / (stiffness[:, None] - omega**2 + 1j * omega * damping[:, None])
 
     def solve(loads: Complex, rows: Array) -> Complex:

@@ -10,16 +10,20 @@ import numpy as np
 
 from ibsdyn.assembly import Assembly, body_mass_matrix
 from ibsdyn.axes import Array
-from ibsdyn.components import FlexibleBody
-from ibsdyn.damping import ElasticPart, damping_matrix, modal_ratios, strain_energy_shares
+from ibsdyn.damping import damping_matrix, modal_ratios, strain_energy_shares
+from ibsdyn.elastic_parts import ElasticPart, elastic_parts, stiffness_size
 from ibsdyn.engine import FlexibleMapping, linearized_matrices
-from ibsdyn.errors import known_keywords
+from ibsdyn.errors import EngineError, known_keywords
 from ibsdyn.frequency_response import FrequencyResponse
 from ibsdyn.harmonic import harmonic_response
 from ibsdyn.locks import eliminate_locks
-from ibsdyn.modes import RIGID_ENERGY, Modes, undamped_modes
+from ibsdyn.modes import Modes, undamped_modes
+from ibsdyn.quasi_static import QuasiStaticMotion, quasi_static_motion
 from ibsdyn.signals import Input, Sensor, base_column, load_column, sensor_row
 from ibsdyn.state_space import StateSpace, state_space
+
+# How far Exudyn's K may be from the components' own: rounding, and in a floating frame numerical differentiation.
+STIFFNESS_LIMIT = {"small-deflection": 1e-9, "floating-frame": 1e-4}
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +53,7 @@ class LinearSystem:
     _explicit_damping: Array
     _parts: tuple[ElasticPart, ...]
     _modal: tuple[Array, Array, np.ndarray]
+    _quasi_static: QuasiStaticMotion
 
     def __repr__(self) -> str:
         """Name the size and what is in it."""
@@ -139,6 +144,10 @@ class LinearSystem:
         """Return the (n_base,) base displacements of a unit motion of a fixation."""
         return base_column(signal, self._assembly)  # type: ignore[arg-type]  # the caller has told it from a force
 
+    def quasi_static_motion(self) -> QuasiStaticMotion:
+        """Return how the bodies follow a base that moves infinitely slowly."""
+        return self._quasi_static
+
     def sensor(self, sensor: Sensor) -> tuple[Array, Array]:
         """Return a sensor's displacement row over the free (n,) and the base coordinates (n_base,)."""
         row = sensor_row(sensor, self._assembly) @ self._to_full
@@ -160,13 +169,15 @@ def linearize(assembly: Assembly, flexible: FlexibleMapping = "small-deflection"
     n, transform = len(elimination.free), elimination.to_full
     M, C, K = (_projected(matrix, transform) for matrix in (full.M, full.C, full.K))
     parts = elastic_parts(assembly, transform)
-    omega, shapes, rigid = undamped_modes(M[:n, :n], K[:n, :n], RIGID_ENERGY[flexible])
+    size = np.abs(transform.T) @ np.sqrt(stiffness_size(assembly))
+    _refuse_other_stiffness(K, parts, size**2, STIFFNESS_LIMIT[flexible])
+    omega, shapes, rigid = undamped_modes(M[:n, :n], parts)
     shares = strain_energy_shares(parts, shapes, rigid)
     ratios = modal_ratios(parts, shares, n)
     explicit = C
     C = explicit + damping_matrix(M[:n, :n], K[:n, n:], omega, shapes, rigid, ratios)
     names = np.array(assembly.names)
-    for matrix in (M, C, K, shapes, omega):
+    for matrix in (M, C, K, shapes, omega, rigid):
         matrix.setflags(write=False)
     return LinearSystem(
         M=M[:n, :n],
@@ -183,27 +194,20 @@ def linearize(assembly: Assembly, flexible: FlexibleMapping = "small-deflection"
         _explicit_damping=explicit,
         _parts=parts,
         _modal=(omega, shapes, rigid),
+        _quasi_static=quasi_static_motion(assembly, parts, np.r_[elimination.free, elimination.base], n),
     )
 
 
-def elastic_parts(assembly: Assembly, transform: Array) -> tuple[ElasticPart, ...]:
-    """Return the connections and flexible bodies of an assembly as parts that store strain energy.
-
-    Parameters
-    ----------
-    transform : (N, n + n_base) all coordinates from the independent ones.
-    """
-    parts = []
-    for joint in assembly.joints:
-        explicit = joint.connection.damping is not None
-        zeta = 0.0 if explicit else joint.connection.zeta
-        parts.append(ElasticPart(joint.name, joint.relative @ transform, joint.stiffness, zeta, explicit))
-    for body in assembly.bodies:
-        if isinstance(body, FlexibleBody):
-            explicit = body.reduced.C is not None
-            rows = transform[assembly.places[body.name]]
-            parts.append(ElasticPart(body.name, rows, body.reduced.K, 0.0 if explicit else body.zeta, explicit))
-    return tuple(parts)
+def _refuse_other_stiffness(K: Array, parts: Sequence[ElasticPart], size: Array, limit: float) -> None:
+    """Hold Exudyn's stiffness against the strain energy of the parts: two ways to the same matrix."""
+    expected = np.zeros_like(K)
+    for part in parts:
+        expected += part.rows.T @ part.rows
+    if (np.abs(K - expected) > limit * np.sqrt(np.outer(size, size))).any():
+        raise EngineError(
+            f"Exudyn's stiffness differs by {np.abs(K - expected).max():.2g} from that of the components; "
+            "please report the model."
+        )
 
 
 def _projected(matrix: Array, transform: Array) -> Array:

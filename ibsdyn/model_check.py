@@ -6,14 +6,14 @@ import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-import scipy.linalg
 from numpy.typing import ArrayLike
 
 from ibsdyn.assembly import Assembly, reference_point
 from ibsdyn.axes import DIRECTIONS, INERTIA_NAMES, Array
 from ibsdyn.components import Connection, Fixation, FlexibleBody, Inertia1D, Item, RigidBody
+from ibsdyn.elastic_parts import elastic_parts, free_motions
 from ibsdyn.errors import ModelError
-from ibsdyn.locks import eliminate_locks
+from ibsdyn.locks import Elimination, eliminate_locks
 from ibsdyn.validation import in_words
 
 # Bounds between which a precision machine lives; what is outside was probably typed in another unit.
@@ -25,8 +25,8 @@ STIFFNESS_ARM = (1e-6, 5.0)
 HIGH_ZETA = 0.3
 # A lever from an interface's frame that is so many times the interface's own radius is probably a mistake.
 LEVER_RATIO = 3.0
-# Directions that strain less than this share of a unit motion are free.
-FREE_TOLERANCE = 1e-8
+# What is left of a unit motion below this is rounding.
+MOTION_TOLERANCE = 1e-8
 
 
 def findings(axis: str | None, items: Mapping[str, Item], connections: Mapping[str, Connection]) -> list[str]:
@@ -36,8 +36,7 @@ def findings(axis: str | None, items: Mapping[str, Item], connections: Mapping[s
     assembly = Assembly(items, connections, axis)
     return [
         *_unconnected(items, connections),
-        *_locks(assembly),
-        *_free_directions(assembly),
+        *_holding(assembly),
         *_damping(items, connections),
         *_units(items, connections),
         *_reach(assembly),
@@ -60,11 +59,16 @@ def _unconnected(items: Mapping[str, Item], connections: Mapping[str, Connection
     return found
 
 
-def _locks(assembly: Assembly) -> list[str]:
+def _holding(assembly: Assembly) -> list[str]:
+    """Locks that contradict or repeat each other, and directions that nothing holds."""
     try:
-        redundant = eliminate_locks(assembly).redundant
+        elimination = eliminate_locks(assembly)
     except ModelError as error:
         return [str(error)]
+    return [*_redundant(elimination.redundant), *_free_directions(assembly, elimination)]
+
+
+def _redundant(redundant: int) -> list[str]:
     if not redundant:
         return []
     return [
@@ -73,8 +77,9 @@ def _locks(assembly: Assembly) -> list[str]:
     ]
 
 
-def _free_directions(assembly: Assembly) -> list[str]:
-    null = free_motions(assembly)
+def _free_directions(assembly: Assembly, elimination: Elimination) -> list[str]:
+    count = len(elimination.free)
+    null = elimination.to_full[:, :count] @ free_motions(elastic_parts(assembly, elimination.to_full), count)
     if not null.shape[1]:
         return []
     connected = {end.split(".", 1)[0] for j in assembly.joints for end in (j.connection.item1, j.connection.item2)}
@@ -98,40 +103,13 @@ def _free_directions(assembly: Assembly) -> list[str]:
     return found
 
 
-def free_motions(assembly: Assembly) -> Array:
-    """Return an orthonormal basis (N, r) of the motions that strain nothing, the fixations at rest."""
-    rows = [joint.locks for joint in assembly.joints]
-    for joint in assembly.joints:
-        # Only whether a direction has stiffness matters here, not how much: soft beside stiff is still held.
-        values, vectors = np.linalg.eigh(joint.stiffness)
-        rows.append(vectors[:, values > 1e-14 * max(values.max(initial=0.0), 0.0)].T @ joint.relative)
-    count = len(assembly.names)
-    for body in assembly.bodies:
-        if isinstance(body, FlexibleBody):
-            scale = 1.0 / np.sqrt(np.diag(body.reduced.K).clip(np.finfo(float).tiny))
-            values, vectors = np.linalg.eigh(scale[:, None] * body.reduced.K * scale)
-            deforming = np.zeros((len(values), count))
-            deforming[:, assembly.places[body.name]] = (vectors / scale[:, None]).T
-            norms = np.linalg.norm(deforming, axis=1, keepdims=True)
-            rows.append((deforming / norms)[values > 1e-10 * values.max()])
-    strains = np.vstack(rows)[:, ~assembly.is_base] if rows else np.zeros((0, count))
-    null = np.zeros((count, 0))
-    if len(strains):
-        basis = scipy.linalg.null_space(strains, rcond=FREE_TOLERANCE)
-        null = np.zeros((count, basis.shape[1]))
-        null[~assembly.is_base] = basis
-    else:
-        null = np.eye(count)[:, ~assembly.is_base]
-    return null
-
-
 def _free_words(assembly: Assembly, body: Item, null: Array) -> str:
     """Describe the free motions of one body: along axes where they are, else as a rotation or translation."""
     motions = assembly.motion(body.name) @ null
     if assembly.axis is not None:
-        return _axis_words([assembly.axis]) if np.abs(motions).max() > FREE_TOLERANCE else ""
+        return _axis_words([assembly.axis]) if np.abs(motions).max() > MOTION_TOLERANCE else ""
     left, sizes, _ = np.linalg.svd(motions)
-    space = left[:, : int((sizes > FREE_TOLERANCE * max(sizes.max(), 1.0)).sum())]
+    space = left[:, : int((sizes > MOTION_TOLERANCE * max(sizes.max(), 1.0)).sum())]
     if space.shape[1] == 6:
         return "in all six directions"
     pure = [i for i in range(6) if np.linalg.norm(space[i]) > 1 - 1e-9]

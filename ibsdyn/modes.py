@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -11,14 +11,12 @@ import scipy.linalg
 
 from ibsdyn.assembly import Assembly
 from ibsdyn.axes import Array
+from ibsdyn.elastic_parts import ElasticPart, free_motions
 from ibsdyn.errors import AnalysisError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from mpl_toolkits.mplot3d import Axes3D
-
-# A mode whose strain energy is this small a part of what its motion would strain if nothing cancelled is rigid.
-RIGID_ENERGY = {"small-deflection": 1e-12, "floating-frame": 1e-6}
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,13 +106,13 @@ class Modes:
         return plot_mode_shape(self, mode, axes, scale)
 
 
-def undamped_modes(M: Array, K: Array, rigid_energy: float) -> tuple[Array, Array, np.ndarray]:
-    """Solve K phi = omega² M phi with unit modal masses.
+def undamped_modes(M: Array, parts: Sequence[ElasticPart]) -> tuple[Array, Array, np.ndarray]:
+    """Solve K phi = omega² M phi with unit modal masses, the base at rest.
 
     Parameters
     ----------
-    M, K : (n, n) symmetric.
-    rigid_energy : share of strain energy below which a mode counts as rigid.
+    M : (n, n) symmetric positive definite.
+    parts : what stores the strain energy; K is the sum of their rows^T rows.
 
     Returns
     -------
@@ -122,26 +120,38 @@ def undamped_modes(M: Array, K: Array, rigid_energy: float) -> tuple[Array, Arra
 
     Raises
     ------
-    AnalysisError : M is not positive definite, or K is indefinite.
+    AnalysisError : M is not positive definite.
+
+    Notes
+    -----
+    With M = L L^T the singular values of the stacked rows times L^-T are omega and the right singular vectors L^T phi.
+    Their error is relative to the highest omega, that of an eigensolver of K to its square: a 30 Hz mount under a
+    part that is glued with 1e13 N/m keeps ten digits instead of none. The rigid-body modes are the motions that strain
+    nothing by geometry, split off before.
     """
+    n = len(M)
     try:
-        eigenvalues, shapes = scipy.linalg.eigh(K, M)
+        L = np.linalg.cholesky(M)
     except np.linalg.LinAlgError as error:
         raise AnalysisError(
             "the mass matrix is not positive definite: some coordinate has no mass or inertia."
         ) from error
-    strained = np.einsum("ir,ij,jr->r", np.abs(shapes), np.abs(K), np.abs(shapes), optimize=True)
-    rigid = np.abs(eigenvalues) <= rigid_energy * strained
-    if (eigenvalues[~rigid] < 0).any():
-        worst = float(eigenvalues[~rigid].min())
-        raise AnalysisError(f"the stiffness matrix is indefinite (omega² = {worst:.3g} rad²/s²): a part is unstable.")
-    omega = np.sqrt(np.where(rigid, 0.0, eigenvalues))
-    order = np.argsort(omega, kind="stable")
-    shapes = shapes[:, order]
+    free = free_motions(parts, n)
+    count = free.shape[1]
+    # An orthonormal basis whose first columns are the rigid motions and whose others are the rest.
+    basis = scipy.linalg.qr(L.T @ free)[0] if count else np.eye(n)
+    rows = np.vstack([np.zeros((1, n)), *(part.rows[:, :n] for part in parts)])
+    weighted = scipy.linalg.solve_triangular(L, rows.T, lower=True).T
+    _, singular, right = np.linalg.svd(weighted @ basis[:, count:], full_matrices=True)
+    elastic = basis[:, count:] @ right[::-1].T
+    values = np.zeros(n - count)
+    values[: len(singular)] = singular[: n - count]
+    omega = np.concatenate([np.zeros(count), values[::-1]])
+    shapes = scipy.linalg.solve_triangular(L.T, np.hstack([basis[:, :count], elastic]))
     # The sign of an eigenvector is arbitrary; the largest coordinate is made positive so that runs agree.
     largest = np.abs(shapes).argmax(axis=0)
-    shapes = shapes * np.where(shapes[largest, np.arange(shapes.shape[1])] < 0, -1.0, 1.0)
-    return omega[order], shapes, rigid[order]
+    shapes = shapes * np.where(shapes[largest, np.arange(n)] < 0, -1.0, 1.0)
+    return omega, shapes, omega == 0
 
 
 def _leading(shares: Mapping[str, Array], mode: int) -> str:

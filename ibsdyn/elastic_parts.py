@@ -1,0 +1,133 @@
+"""What stores strain energy, as rows whose squares are that energy: K = sum of rows^T rows.
+
+An assembled K has lost the digits of what is soft beside what is stiff. Its factors have not: they tell which motions
+strain nothing, and the singular values of all rows together are the natural frequencies.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+
+from ibsdyn.assembly import Assembly, Joint
+from ibsdyn.axes import Array, rotate_six
+from ibsdyn.components import FlexibleBody
+
+# A direction that strains less than this share of the stiffest geometry is free. Stiffness itself plays no part.
+FREE_TOLERANCE = 1e-9
+# Eigenvalues of a reduced stiffness, scaled to a unit diagonal, that are below this are rounding of zero.
+RIGID_EIGENVALUE = 1e-13
+
+
+@dataclass(frozen=True, eq=False)
+class ElasticPart:
+    """A connection or a flexible body.
+
+    Attributes
+    ----------
+    name : of the component.
+    rows : (m, n + n_base) over the independent coordinates, the base's last; |rows q|² is twice the strain energy.
+    zeta : relative damping ratio; zero where an explicit damper or an exported C stands in its place.
+    viscous : whether such an explicit damper is there.
+    """
+
+    name: str
+    rows: Array
+    zeta: float
+    viscous: bool
+
+    def energy(self, shapes: Array) -> Array:
+        """Return twice the strain energy of each column of ``shapes`` (n, n_modes), the base at rest."""
+        doubled: Array = np.square(self.rows[:, : len(shapes)] @ shapes).sum(axis=0)
+        return doubled
+
+
+def elastic_parts(assembly: Assembly, transform: Array) -> tuple[ElasticPart, ...]:
+    """Return the connections and flexible bodies of an assembly.
+
+    Parameters
+    ----------
+    transform : (N, n + n_base) all coordinates from the independent ones.
+    """
+    parts = []
+    for joint in assembly.joints:
+        explicit = joint.connection.damping is not None
+        zeta = 0.0 if explicit else joint.connection.zeta
+        parts.append(ElasticPart(joint.name, _joint_rows(joint) @ transform, zeta, explicit))
+    for body in assembly.bodies:
+        if isinstance(body, FlexibleBody):
+            explicit = body.reduced.C is not None
+            rows = _flexible_rows(body) @ transform[assembly.places[body.name]]
+            parts.append(ElasticPart(body.name, rows, 0.0 if explicit else body.zeta, explicit))
+    return tuple(parts)
+
+
+def free_motions(parts: Sequence[ElasticPart], count: int) -> Array:
+    """Return an orthonormal basis (n, r) of the motions of the free coordinates that strain nothing.
+
+    Parameters
+    ----------
+    parts : all that stores strain energy.
+    count : n, the number of free coordinates, which come first in the rows.
+    """
+    rows = np.vstack([np.zeros((1, count)), *(part.rows[:, :count] for part in parts)])
+    size = np.linalg.norm(rows, axis=1, keepdims=True)
+    # Every row counts alike: soft beside stiff is still held.
+    unit = rows / np.where(size > 0, size, 1.0)
+    basis: Array = scipy.linalg.null_space(unit, rcond=FREE_TOLERANCE)
+    return basis
+
+
+def stiffness_size(assembly: Assembly) -> Array:
+    """Return (N,) what each diagonal of K would be if nothing cancelled: the scale of its rounding."""
+    return _size(assembly, [joint.stiffness for joint in assembly.joints], "K")
+
+
+def damping_size(assembly: Assembly) -> Array:
+    """Return (N,) the same of the explicit dampers' C."""
+    return _size(assembly, [joint.damping for joint in assembly.joints], "C")
+
+
+def _size(assembly: Assembly, at_centre: Sequence[Array], letter: str) -> Array:
+    size = np.zeros(len(assembly.names))
+    for joint, matrix in zip(assembly.joints, at_centre, strict=True):
+        # The levers of both ends separately: they cancel in the relative motion where they are equal.
+        ends = [np.abs(rows) for rows in assembly.ends_of(joint)]
+        size += sum(np.einsum("ri,rs,si->i", rows, np.abs(matrix), rows) for rows in ends)
+    for body in assembly.bodies:
+        if isinstance(body, FlexibleBody):
+            own = getattr(body.reduced, letter)
+            size[assembly.places[body.name]] += 0.0 if own is None else np.diag(own)
+    return size
+
+
+def _joint_rows(joint: Joint) -> Array:
+    connection = joint.connection
+    finite = np.array([0.0 if np.isinf(k) else k for k in connection.stiffness])
+    local = joint.relative if len(finite) == 1 else rotate_six(connection.axes_matrix).T @ joint.relative
+    rows: Array = (np.sqrt(finite)[:, None] * local)[finite > 0]
+    return rows
+
+
+def _flexible_rows(body: FlexibleBody) -> Array:
+    """Factor a reduced stiffness; that of a free body through its deformation alone, so that rigid motion is exact."""
+    reduced = body.reduced
+    K = np.asarray(reduced.K)
+    deformation = np.eye(len(K))
+    if reduced.is_free:
+        first = next(iter(reduced.interfaces))
+        start = reduced.coordinates.index(f"{first}.x")
+        frame = np.arange(start, start + 6)
+        rigid = reduced.rigid_body_motion @ np.linalg.inv(reduced.rigid_body_motion[frame])
+        deformation[:, frame] -= rigid
+        kept = np.setdiff1d(np.arange(len(K)), frame)
+        deformation, K = deformation[kept], K[np.ix_(kept, kept)]
+    diagonal = np.diag(K)
+    scale = np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
+    values, vectors = np.linalg.eigh(K / np.outer(scale, scale))
+    elastic = values > RIGID_EIGENVALUE * values.max(initial=0.0)
+    rows: Array = (np.sqrt(values[elastic])[:, None] * vectors[:, elastic].T * scale) @ deformation
+    return rows
