@@ -1,6 +1,6 @@
 """Dynamics of precision machines by bookkeeping: components in, modes and frequency responses out."""
 
-from ibsdyn.components import Connection, Fixation, FlexibleBody, RigidBody
+from ibsdyn.components import Connection, Fixation, FlexibleBody, Inertia1D, RigidBody
 from ibsdyn.errors import (
     AnalysisError,
     EngineError,
@@ -28,6 +28,7 @@ __all__ = [
     "Force",
     "FrequencyResponse",
     "IbsdynError",
+    "Inertia1D",
     "LinearSystem",
     "Model",
     "ModelError",

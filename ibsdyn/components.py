@@ -160,7 +160,7 @@ class FlexibleBody:
                 f"{what}: expects a fem_import.ReducedBody, got {type(reduced).__name__}; make one with "
                 "fem_import.reduce(part, interfaces=..., max_frequency=...) or ReducedBody.from_arrays(...)."
             )
-        ratio = number(zeta, f"{what}: zeta", "-", minimum=0.0)
+        ratio = number(zeta, f"{what}: zeta", "", minimum=0.0)
         return FlexibleBody(checked, reduced, ratio)
 
     def interface(self, name: str) -> str:
@@ -269,12 +269,8 @@ def scalar_stiffness(value: object, what: str, unit: str) -> tuple[float]:
     ------
     ModelError : not one number, NaN or negative.
     """
-    (k,) = numbers_of(
-        value if isinstance(value, (list, tuple)) else [value],
-        1,
-        f"{what}: stiffness",
-        f"[{unit}] in a 1-D model",
-    )
+    single = np.asarray(value).ravel()[:1].tolist() if np.size(value) == 1 else value  # type: ignore[arg-type]  # checked next
+    (k,) = numbers_of(single, 1, f"{what}: stiffness", f"[{unit}], as a 1-D model needs it")
     _not_negative(k, f"{what}: stiffness", "inf locks the direction, 0 leaves it free")
     return (k,)
 
@@ -307,7 +303,7 @@ def _not_negative(k: float, what: str, hint: str) -> None:
 
 def _inertia(value: object, products: object, what: str) -> tuple[float, ...]:
     signs: dict[object, float] = {"tensor": 1.0, "integral": -1.0}
-    if products not in signs:
+    if not isinstance(products, str) or products not in signs:
         raise ModelError(
             f"{what}: products={products!r} is not known; 'tensor' when Ixy = -integral(x y dm) is given, 'integral' "
             "when the CAD program prints Ixy = +integral(x y dm)."

@@ -94,9 +94,14 @@ def damping_size(assembly: Assembly) -> Array:
 def _size(assembly: Assembly, at_centre: Sequence[Array], letter: str) -> Array:
     size = np.zeros(len(assembly.names))
     for joint, matrix in zip(assembly.joints, at_centre, strict=True):
-        # The levers of both ends separately: they cancel in the relative motion where they are equal.
-        ends = [np.abs(rows) for rows in assembly.ends_of(joint)]
-        size += sum(np.einsum("ri,rs,si->i", rows, np.abs(matrix), rows) for rows in ends)
+        # The ends separately, as their levers may cancel in the relative motion, and every direction with the
+        # stiffest one's rounding: rotations and levers mix them before they cancel.
+        ends = assembly.ends_of(joint)
+        weights = np.full(len(matrix), np.abs(matrix[:3, :3]).max())
+        if len(matrix) == 6:
+            reach = max(float(np.abs(rows[:3]).max()) for rows in ends)
+            weights[3:] = np.abs(matrix[3:, 3:]).max() + weights[0] * reach**2
+        size += sum(weights @ rows**2 for rows in ends)
     for body in assembly.bodies:
         if isinstance(body, FlexibleBody):
             own = getattr(body.reduced, letter)

@@ -27,7 +27,7 @@ class FloatingFrame:
 
     Parameters
     ----------
-    body : a free body with two interfaces or more modes than none, and its inertia integrals.
+    body : a free body with its inertia integrals.
 
     Raises
     ------

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ibsdyn.axes import Array
-from ibsdyn.errors import UnknownNameError, nearest
+from ibsdyn.errors import AnalysisError, UnknownNameError, nearest
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -60,13 +60,16 @@ class FrequencyResponse:
         return f"({over})/({under})" if "/" in under or "·" in under else f"({over})/{under}"
 
     def select(
-        self, outputs: str | Sequence[str] | None = None, inputs: str | Sequence[str] | None = None
+        self,
+        outputs: str | int | Sequence[str | int] | None = None,
+        inputs: str | int | Sequence[str | int] | None = None,
     ) -> FrequencyResponse:
-        """Return the responses of some outputs and inputs by name, in the order asked.
+        """Return the responses of some outputs and inputs by name or number (from 0), in the order asked.
 
         Raises
         ------
-        UnknownNameError : a name that is not among them.
+        UnknownNameError : a name or number that is not among them.
+        AnalysisError : a name that several have.
         """
         rows = _places(outputs, self.outputs, "output")
         columns = _places(inputs, self.inputs, "input")
@@ -96,11 +99,20 @@ class FrequencyResponse:
         return plot_bode(self, axes, label)
 
 
-def _places(names: str | Sequence[str] | None, known: tuple[str, ...], what: str) -> list[int]:
+def _places(names: str | int | Sequence[str | int] | None, known: tuple[str, ...], what: str) -> list[int]:
     if names is None:
         return list(range(len(known)))
-    wanted = [names] if isinstance(names, str) else list(names)
+    wanted = [names] if isinstance(names, (str, int)) else list(names)
+    places = []
     for name in wanted:
-        if name not in known:
-            raise UnknownNameError(f"the response has no {what} {name!r}. {nearest(name, known)}")
-    return [known.index(name) for name in wanted]
+        if isinstance(name, int) and -len(known) <= name < len(known):
+            places.append(range(len(known))[name])
+        elif name not in known:
+            raise UnknownNameError(f"the response has no {what} {name!r}. {nearest(str(name), known)}")
+        elif known.count(str(name)) > 1:
+            raise AnalysisError(
+                f"{known.count(str(name))} {what}s are called {name!r}; give each a name= of its own, or ask by number."
+            )
+        else:
+            places.append(known.index(str(name)))
+    return places

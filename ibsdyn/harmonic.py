@@ -45,6 +45,8 @@ def harmonic_response(
     """Return the responses of a system; see ``LinearSystem.frf``."""
     sources, sensors = checked_inputs(inputs), checked_outputs(outputs)
     hertz = checked_frequencies(frequencies)
+    if not isinstance(hysteretic, bool):
+        raise AnalysisError(f"hysteretic must be True or False, got {hysteretic!r}.")
     omega = 2 * np.pi * hertz
     natural, shapes, rigid = system._modal
     rows, base_rows = (np.array(part) for part in zip(*(system.sensor(s) for s in sensors), strict=True))
@@ -95,10 +97,10 @@ def checked_frequencies(frequencies: object) -> Array:
     ------
     AnalysisError : empty, not one-dimensional, negative or not finite.
     """
-    try:
-        hertz = np.atleast_1d(np.array(frequencies, dtype=float))
-    except (TypeError, ValueError) as error:
-        raise AnalysisError(f"frequencies must be numbers [Hz], got {frequencies!r}.") from error
+    given = np.asarray(frequencies)
+    if given.dtype.kind not in "iuf":
+        raise AnalysisError(f"frequencies must be real numbers [Hz], got {frequencies!r}.")
+    hertz = np.atleast_1d(given.astype(float))
     if hertz.ndim != 1 or not hertz.size:
         raise AnalysisError(f"frequencies must be a list of numbers [Hz], got shape {hertz.shape}.")
     bad = hertz[~np.isfinite(hertz) | (hertz < 0)]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from types import MappingProxyType
 
 import numpy as np
 
@@ -72,13 +73,17 @@ class LinearSystem:
         for body in self._assembly.bodies:
             place = self._assembly.places[body.name]
             kinetic[body.name] = np.einsum("ir,ij,jr->r", full[place], self._body_mass[body.name], full[place])
+        shares = strain_energy_shares(self._parts, shapes, rigid)
+        frequencies = omega / (2 * np.pi)
+        for array in (frequencies, ratios, full, *shares.values(), *kinetic.values()):
+            array.setflags(write=False)  # the modes are kept: what one caller changed the next would see
         return Modes(
-            frequencies=omega / (2 * np.pi),
+            frequencies=frequencies,
             damping_ratios=ratios,
             shapes=shapes,
             coordinates=self.coordinates,
-            strain_energy=strain_energy_shares(self._parts, shapes, rigid),
-            kinetic_energy=kinetic,
+            strain_energy=MappingProxyType(shares),
+            kinetic_energy=MappingProxyType(kinetic),
             rigid=rigid,
             _assembly=self._assembly,
             _full_shapes=full,

@@ -5,10 +5,7 @@ from __future__ import annotations
 import copy
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from types import MappingProxyType
-
-import numpy as np
 
 from fem_import import ReducedBody
 from ibsdyn.assembly import Assembly
@@ -32,9 +29,8 @@ from ibsdyn.errors import ModelError, ModelWarning, UnknownNameError, known_keyw
 from ibsdyn.linear_system import LinearSystem, linearize
 from ibsdyn.model_check import HIGH_ZETA, findings, high_zeta_words
 from ibsdyn.model_table import component_table
-from ibsdyn.validation import number, point, valid_name
-
-LOCKED = (np.inf,) * 6
+from ibsdyn.replacement import replaced_connections
+from ibsdyn.validation import checked_names, number, point, valid_name
 
 
 class Model:
@@ -213,7 +209,7 @@ class Model:
             raise ModelError(f"{what}: both {ends[0]!r} and {ends[1]!r} are fixations; nothing could move.")
         if stiffness is None:
             raise ModelError(f"{what}: stiffness= is missing.")
-        ratio = number(zeta, f"{what}: zeta", "-", minimum=0.0)
+        ratio = number(zeta, f"{what}: zeta", "", minimum=0.0)
         if self.axis is None:
             positions = self._positions(ends, (position1, position2), what)
             connection = Connection(
@@ -277,8 +273,8 @@ class Model:
         """Put a flexible body in the place of a rigid body, of a connection, or of several of them.
 
         Connections of the bodies that are replaced keep their names, positions and values and hold on to the
-        interface nearest to their position. A single connection ``flexure`` between two items becomes a part
-        between them, its interfaces locked to the items by new connections named as in ``flexure-base``.
+        interface nearest to their position. A connection that is replaced itself leaves the interface locked to what
+        it was connected to, by a new connection named as in ``flexure-base``.
 
         Parameters
         ----------
@@ -286,8 +282,8 @@ class Model:
         reduced : from ``fem_import.reduce``.
         zeta : relative damping ratio; by default that of the connection replaced, else 0.
         parts : all bodies and connections that the flexible body stands for; connections between them vanish.
-        interfaces : which interface takes what: by connection name where bodies are replaced, by item name where a
-            single connection is; the nearest one for all that are not named.
+        interfaces : which interface takes what: by name of the connection that holds on, or of the item that is
+            locked to it; the nearest one for all that are not named.
 
         Raises
         ------
@@ -296,35 +292,41 @@ class Model:
         """
         if self.axis is not None:
             raise ModelError(f"replace_with_flexible: the model is 1-D along {self.axis}; it needs a 3-D model.")
-        chosen = dict(interfaces or {})
-        replaced = [name] if parts is None else list(parts)
+        what = f"replace_with_flexible {name!r}"
+        replaced = checked_names([name] if parts is None else parts, f"{what}: parts")
+        if interfaces is not None and not isinstance(interfaces, Mapping):
+            raise ModelError(
+                f"{what}: interfaces must be a dict {{connection or item: interface}}, got {interfaces!r}."
+            )
         for part in replaced:
             if part not in self._items and part not in self._connections:
-                raise UnknownNameError(
-                    f"replace_with_flexible: {part!r} is not in the model. {nearest(part, self._names())}"
-                )
+                raise UnknownNameError(f"{what}: {part!r} is not in the model. {nearest(part, self._names())}")
             if part in self._items and not isinstance(self._items[part], RigidBody):
                 kind = "a fixation" if isinstance(self._items[part], Fixation) else "flexible already"
-                raise ModelError(f"replace_with_flexible: {part!r} is {kind}; it takes rigid bodies and connections.")
+                raise ModelError(f"{what}: {part!r} is {kind}; it takes rigid bodies and connections.")
+        bodies = {part for part in replaced if part in self._items}
+        named = [part for part in replaced if part in self._connections]
+        if not bodies and len(named) != 1:
+            raise ModelError(f"{what}: parts {named} are connections only; name the bodies between them too.")
         if name not in replaced:
             self._require_new(name)
-        body = FlexibleBody.of(name, reduced, 0.0)
-        bodies = {part for part in replaced if part in self._items}
-        if bodies:
-            changed, gone = self._reattached(body, bodies, set(replaced) - bodies, chosen)
-        elif len(replaced) == 1:
-            old = self._connections[replaced[0]]
-            zeta = old.zeta if zeta is None else zeta
-            changed, gone = self._tied(body, old, chosen), {old.name}
-        else:
-            raise ModelError(
-                f"replace_with_flexible: parts {replaced} are connections only; name the bodies between them too."
-            )
-        body = FlexibleBody.of(name, reduced, 0.0 if zeta is None else zeta)
+        if zeta is None:
+            zeta = 0.0 if bodies else self._connections[named[0]].zeta
+        body = FlexibleBody.of(name, reduced, zeta)
+        connections = replaced_connections(body, bodies, named, self._connections, interfaces or {})
+        for tie in connections.keys() - self._connections.keys():
+            self._require_new(tie)
         _warn_zeta(body.zeta, f"flexible body {name!r}")
+        for part in named:
+            if self._connections[part].damping is not None:
+                warnings.warn(
+                    f"{what}: the explicit damping of connection {part!r} goes with it; give zeta= for the part.",
+                    ModelWarning,
+                    stacklevel=3,
+                )
         # Nothing has been touched so far; from here nothing can fail.
         self._items = {k: item for k, item in self._items.items() if k not in bodies} | {name: body}
-        self._connections = {k: c for k, c in self._connections.items() if k not in gone} | changed
+        self._connections = connections
         return body
 
     # -- analyses
@@ -418,65 +420,9 @@ class Model:
         x, y, z = (float(v) for v in item.reduced.interfaces[interface].position)
         return x, y, z
 
-    def _reattached(
-        self, body: FlexibleBody, bodies: set[str], gone: set[str], chosen: Mapping[str, str]
-    ) -> tuple[dict[str, Connection], set[str]]:
-        """Return the connections that now hold on to interfaces, and the names of those that vanish."""
-        gone = gone | {c.name for c in self._connections.values() if {c.item1, c.item2} <= bodies}
-        attached = {c.name: c for c in self._connections.values() if {c.item1, c.item2} & bodies and c.name not in gone}
-        what = f"replace_with_flexible {body.name!r}"
-        _require_known(chosen, attached, f"{what}: connection")
-        changed = {}
-        for connection in attached.values():
-            first = connection.item1 in bodies
-            position = connection.position1 if first else connection.position2
-            assert position is not None  # 3-D connections have positions
-            interface = chosen.get(connection.name) or _nearest_interface(body, position)
-            address = f"{body.name}.{body.interface(interface)}"
-            changed[connection.name] = (
-                replace(connection, item1=address) if first else replace(connection, item2=address)
-            )
-        return changed, gone
-
-    def _tied(self, body: FlexibleBody, old: Connection, chosen: Mapping[str, str]) -> dict[str, Connection]:
-        """Return the locked connections of a part that takes the place of one connection."""
-        what = f"replace_with_flexible {old.name!r}"
-        ends = {old.item1: old.position1, old.item2: old.position2}
-        _require_known(chosen, ends, f"{what}: item")
-        taken = {}
-        for item, position in ends.items():
-            assert position is not None  # 3-D connections have positions
-            taken[item] = body.interface(chosen.get(item) or _nearest_interface(body, position))
-        if len(set(taken.values())) < 2:
-            both = " and ".join(repr(item) for item in taken)
-            raise ModelError(
-                f"{what}: {both} would both hold on to interface {taken[old.item1]!r}; tell them apart with "
-                f"interfaces={{{old.item1!r}: ..., {old.item2!r}: ...}}, known: "
-                f"{', '.join(map(repr, body.reduced.interfaces))}."
-            )
-        ties = {}
-        for item, interface in taken.items():
-            tie = f"{old.name}-{interface}"
-            self._require_new(tie)
-            address = f"{body.name}.{interface}"
-            x, y, z = (float(v) for v in body.reduced.interfaces[interface].position)
-            ties[tie] = Connection(tie, item, address, (x, y, z), (x, y, z), stiffness=LOCKED)
-        return ties
-
 
 def _body(address: str) -> str:
     return address.split(".", 1)[0]
-
-
-def _nearest_interface(body: FlexibleBody, position: Point) -> str:
-    frames = body.reduced.interfaces
-    return min(frames, key=lambda name: float(np.linalg.norm(np.array(frames[name].position) - position)))
-
-
-def _require_known(chosen: Mapping[str, str], known: Mapping[str, object], what: str) -> None:
-    for name in chosen:
-        if name not in known:
-            raise UnknownNameError(f"{what} {name!r} is not there. {nearest(name, known)}")
 
 
 def _warn_zeta(zeta: float, what: str) -> None:

@@ -17,7 +17,9 @@ from ibsdyn.locks import Elimination, eliminate_locks
 from ibsdyn.validation import in_words
 
 # Bounds between which a precision machine lives; what is outside was probably typed in another unit.
-GYRATION_RADIUS = (1e-4, 10.0)
+GYRATION_RADIUS = (3e-4, 3.0)
+# A body's radius of gyration beside the distance from its CoG to where it is held, either way.
+GYRATION_RATIO = 30.0
 MASS = (1e-7, 1e5)
 FARTHEST_POSITION = 50.0
 STIFFNESS_ARM = (1e-6, 5.0)
@@ -191,7 +193,7 @@ def _units(items: Mapping[str, Item], connections: Mapping[str, Connection]) -> 
     found = []
     for item in items.values():
         if isinstance(item, RigidBody):
-            found += _body_units(item)
+            found += _body_units(item, connections)
         if isinstance(item, FlexibleBody):
             positions = [frame.position for frame in item.reduced.interfaces.values()]
         else:
@@ -203,7 +205,7 @@ def _units(items: Mapping[str, Item], connections: Mapping[str, Connection]) -> 
     return found
 
 
-def _body_units(body: RigidBody) -> list[str]:
+def _body_units(body: RigidBody, connections: Mapping[str, Connection]) -> list[str]:
     found = []
     if not MASS[0] <= body.mass <= MASS[1]:
         found.append(f"{body.name}: a mass of {body.mass:g} kg is doubtful; units are kg.")
@@ -215,7 +217,25 @@ def _body_units(body: RigidBody) -> list[str]:
             f"radius of gyration of {radii[worst]:.3g} m, which is doubtful; units are kg m² (1 kg mm² is 1e-6 kg "
             "m²)."
         )
+    reach = _reach_of(body, connections)
+    largest = float(radii.max())
+    if not found and reach > 0 and not 1 / GYRATION_RATIO <= largest / reach <= GYRATION_RATIO:
+        found.append(
+            f"{body.name}: it is held {reach:.3g} m from its CoG, but its inertia means a radius of gyration of "
+            f"{largest:.3g} m; do the units fit each other (m, kg, kg m²)?"
+        )
     return found
+
+
+def _reach_of(body: RigidBody, connections: Mapping[str, Connection]) -> float:
+    """Return the largest distance [m] from a body's CoG to a connection of its own; 0 without any."""
+    points = [
+        position
+        for c in connections.values()
+        for item, position in ((c.item1, c.position1), (c.item2, c.position2))
+        if item == body.name and position is not None
+    ]
+    return max((float(np.linalg.norm(np.subtract(p, body.cog))) for p in points), default=0.0)
 
 
 def _far(name: str, positions: Sequence[ArrayLike]) -> list[str]:
@@ -248,6 +268,8 @@ def _reach(assembly: Assembly) -> list[str]:
     size = float(np.linalg.norm(frames.max(axis=0) - frames.min(axis=0)))
     found = []
     for joint in assembly.joints:
+        first, second = joint.connection.position1, joint.connection.position2
+        gap = float(np.linalg.norm(np.subtract(first, second))) if first and second else 0.0
         for end in (joint.connection.item1, joint.connection.item2):
             if "." not in end:
                 continue
@@ -255,14 +277,18 @@ def _reach(assembly: Assembly) -> list[str]:
             item = assembly.items[body]
             assert isinstance(item, FlexibleBody)
             radius = float(item.reduced.interfaces[interface].radius)
+            near = max(LEVER_RATIO * radius, 0.05 * size)
             lever = float(np.linalg.norm(joint.centre - assembly.frames[end]))
-            if lever > LEVER_RATIO * radius and lever > 0.05 * size:
+            if lever > near:
                 found.append(
                     f"{joint.name} acts {1e3 * lever:.3g} mm away from interface {end} (whose radius is "
                     f"{1e3 * radius:.3g} mm), on a rigid lever; is its position right?"
                 )
-        first, second = joint.connection.position1, joint.connection.position2
-        gap = float(np.linalg.norm(np.subtract(first, second))) if first and second else 0.0
+            elif gap > near:
+                found.append(
+                    f"{joint.name} joins interface {end} (radius {1e3 * radius:.3g} mm) to a place "
+                    f"{1e3 * gap:.3g} mm away; does the part lie where the model has it?"
+                )
         if gap > 2 * size > 0:
             found.append(
                 f"{joint.name}: its two positions are {gap:.3g} m apart in a model of {size:.3g} m; are both in metres?"

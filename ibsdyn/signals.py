@@ -71,7 +71,7 @@ class Force(_Signal):
         _set(self, "item", _item(item, what))
         _set(self, "direction", _direction(direction, what, ("x", "y", "z"), "Torque(...) for rx, ry, rz"))
         _set(self, "position", None if position is None else point(position, f"{what}: position"))
-        _set(self, "name", _name(name, f"force {self._where()}"))
+        _set(self, "name", _name(name, f"force {self._where()}{_place(self.position)}"))
 
     @property
     def unit(self) -> str:
@@ -86,7 +86,7 @@ class Torque(_Signal):
     Parameters
     ----------
     item : a body or an interface.
-    direction : "rx", "ry" or "rz".
+    direction : "rx", "ry", "rz", or a 3-vector along its axis (its length does not matter).
     name : how results call it.
 
     Raises
@@ -95,11 +95,9 @@ class Torque(_Signal):
     """
 
     @known_keywords
-    def __init__(self, item: str, direction: str, name: str | None = None) -> None:
+    def __init__(self, item: str, direction: Direction, name: str | None = None) -> None:
         what = f"Torque on {item!r}"
         _set(self, "item", _item(item, what))
-        if not isinstance(direction, str):
-            raise ModelError(f"{what}: direction must be 'rx', 'ry' or 'rz', got {direction!r}.")
         _set(self, "direction", _direction(direction, what, ("rx", "ry", "rz"), "Force(...) for x, y, z"))
         _set(self, "name", _name(name, f"torque {self._where()}"))
 
@@ -187,7 +185,7 @@ class Sensor(_Signal):
         _set(self, "quantity", _quantity(quantity, what))
         _set(self, "relative_to", None if relative_to is None else _item(relative_to, f"{what}: relative_to"))
         relative = f" relative to {relative_to}" if relative_to is not None else ""
-        _set(self, "name", _name(name, f"{self._where()} {self.quantity}{relative}"))
+        _set(self, "name", _name(name, f"{self._where()}{_place(self.position)} {self.quantity}{relative}"))
 
     @property
     def unit(self) -> str:
@@ -232,7 +230,7 @@ def base_column(signal: BaseMotion, assembly: Assembly) -> Array:
     assembly.address(signal.item, what)
     if not isinstance(assembly.items.get(signal.item), Fixation):
         known = [f.name for f in assembly.fixations]
-        raise ModelError(f"{what}: {signal.item!r} is not a fixation. {nearest(signal.item, known)}")
+        raise ModelError(f"BaseMotion {what!r}: {signal.item!r} is not a fixation. {nearest(signal.item, known)}")
     column: Array = (_row(signal, assembly) @ assembly.motion(signal.item))[assembly.is_base]
     return column
 
@@ -266,7 +264,8 @@ def checked_inputs(inputs: object) -> tuple[Input, ...]:
     listed = _listed(inputs)
     for item in listed:
         if not isinstance(item, (Force, Torque, BaseMotion)):
-            raise ModelError(f"inputs must be Force, Torque or BaseMotion, got {item!r}.")
+            swapped = " Inputs come first, then outputs." if isinstance(item, Sensor) else ""
+            raise ModelError(f"inputs must be Force, Torque or BaseMotion, got {item!r}.{swapped}")
     if not listed:
         raise ModelError("inputs are empty; give at least one Force, Torque or BaseMotion.")
     return tuple(item for item in listed if isinstance(item, (Force, Torque, BaseMotion)))
@@ -302,6 +301,8 @@ def _row(signal: _Signal, assembly: Assembly) -> Array:
         row[DIRECTIONS.index(signal.direction)] = 1.0
     elif assembly.axis is not None:
         raise ModelError(f"{signal.name}: the model is 1-D along {assembly.axis}; give that as direction.")
+    elif isinstance(signal, Torque):
+        row[3:] = signal.direction
     else:
         row[:3] = signal.direction
     if assembly.axis is not None and getattr(signal, "position", None) is not None:
@@ -322,7 +323,11 @@ def _item(value: object, what: str) -> str:
 def _direction(value: Direction, what: str, known: tuple[str, ...], hint: str) -> str | Point:
     if isinstance(value, str):
         if value not in known:
-            hint = f" Use {hint}." if hint and value in DIRECTIONS else ""
+            if value[:1] == "-" and value[1:] in known:
+                hint = f"{value[1:]!r} and change the sign, or a 3-vector as (0, 0, -1)"
+            elif value not in DIRECTIONS:
+                hint = ""
+            hint = f" Use {hint}." if hint else ""
             raise ModelError(f"{what}: direction {value!r} is not known. {nearest(value, known)}{hint}")
         return value
     vector = np.array(numbers_of(value, 3, f"{what}: direction", "x, y, z"))
@@ -345,6 +350,10 @@ def _name(value: object, default: str) -> str:
     if not isinstance(value, str) or not value.strip():
         raise ModelError(f"{default}: name must be a non-empty text, got {value!r}.")
     return value
+
+
+def _place(position: Point | None) -> str:
+    return "" if position is None else f" at ({', '.join(f'{v:.4g}' for v in position)})"
 
 
 def _motion_unit(signal: BaseMotion | Sensor) -> str:

@@ -154,12 +154,14 @@ def _output(
     # The signal is state_row z + sum_level base_rows[level] b^(level) + force_row f, z the 2n shifted states.
     state_row = np.concatenate([free, np.zeros(n)])
     base_rows = [direct - free @ X]
+    # Rounding of each row by what it is summed from; rows of different derivatives have different units.
+    scale = [float((np.abs(direct) + np.abs(free) @ np.abs(X)).max(initial=0.0))]
     force_row = np.zeros(by_force.shape[1])
     for _ in range(sensor.order):
         force_row = state_row @ by_force
         base_rows = [state_row @ by_base, *base_rows]
+        scale = [float((np.abs(state_row) @ np.abs(by_base)).max(initial=0.0)), *scale]
         state_row = state_row @ dynamics
-    largest = max(np.abs(row).max(initial=0.0) for row in [*base_rows, direct])
     C, D = np.zeros(levels._size), force_row.copy()
     C[: 2 * n] = state_row
     for level, row in enumerate(base_rows):
@@ -168,7 +170,7 @@ def _output(
                 states, inputs = levels.of(column, level)
                 C += row[column] * states
                 D += row[column] * inputs
-            elif abs(row[column]) > ROUNDING * largest:
+            elif abs(row[column]) > ROUNDING * scale[level]:
                 raise AnalysisError(
                     f"output {sensor.name!r} [{sensor.unit}] needs the derivative of its input, which no state space "
                     "has; give the BaseMotion as quantity='acceleration'."

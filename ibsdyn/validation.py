@@ -40,15 +40,15 @@ def number(value: object, what: str, unit: str, *, minimum: float = -math.inf, a
     ------
     ModelError : not a number, not finite, or below ``minimum`` or not above ``above``.
     """
-    if isinstance(value, np.ndarray) and value.ndim == 0:
-        value = value.item()
+    if isinstance(value, (np.ndarray, list, tuple)) and np.size(value) == 1:
+        value = np.asarray(value).item()  # [500.0] and array(500.0) are one number too
     if isinstance(value, bool) or not isinstance(value, numbers.Real):
-        raise ModelError(f"{what} must be one number [{unit}], got {value!r}.")
+        raise ModelError(f"{what} must be one number{f' [{unit}]' if unit else ''}, got {value!r}.")
     result = float(value)
     if not math.isfinite(result):
-        raise ModelError(f"{what} must be finite [{unit}], got {result}.")
+        raise ModelError(f"{what} must be finite{f' [{unit}]' if unit else ''}, got {result}.")
     if result < minimum:
-        raise ModelError(f"{what} must not be below {minimum:g} {unit}, got {result:g}.")
+        raise ModelError(f"{what} must not be below {minimum:g} {unit}".rstrip() + f", got {result:g}.")
     if result <= above:
         raise ModelError(f"{what} must be above {above:g} {unit}, got {result:g}.")
     return result
@@ -61,17 +61,20 @@ def numbers_of(value: object, count: int, what: str, names: str) -> tuple[float,
     ------
     ModelError : not a sequence of ``count`` numbers, or one of them is NaN.
     """
-    items: list[Any]
+    wanted = f"{what} must be {'one number' if count == 1 else f'{count} numbers'} ({names})"
+    items: list[Any] = []
     try:
-        items = list(value)  # type: ignore[call-overload]  # whatever the user gave; the except answers it
+        # A set has no order, a dict keys; neither are coordinates.
+        if not isinstance(value, (set, frozenset, dict, str, bytes)):
+            items = list(value)  # type: ignore[call-overload]  # whatever was given; the except answers it
     except TypeError:
-        items = []
-    if len(items) != count or isinstance(value, (str, bytes, dict)):
-        raise ModelError(f"{what} must be {count} numbers ({names}), got {value!r}.")
+        pass
+    if len(items) != count:
+        raise ModelError(f"{wanted}, got {value!r}.")
     result = []
     for item in items:
         if isinstance(item, bool) or not isinstance(item, numbers.Real) or math.isnan(float(item)):
-            raise ModelError(f"{what} must be {count} numbers ({names}), got {item!r} among {value!r}.")
+            raise ModelError(f"{wanted}, got {item!r} among {value!r}.")
         result.append(float(item))
     return tuple(result)
 
@@ -117,6 +120,19 @@ def rotation_matrix(value: object, what: str) -> tuple[tuple[float, float, float
 def as_rows(matrix: Array) -> tuple[tuple[float, float, float], ...]:
     """Return a (3, 3) array as a hashable tuple of rows."""
     return tuple((float(a), float(b), float(c)) for a, b, c in matrix)
+
+
+def checked_names(value: object, what: str) -> list[str]:
+    """Return a list of different names.
+
+    Raises
+    ------
+    ModelError : not a list of names, empty, or with a name twice.
+    """
+    names = list(value) if isinstance(value, (list, tuple, set, frozenset)) else None
+    if not names or not all(isinstance(name, str) for name in names) or len(set(names)) < len(names):
+        raise ModelError(f"{what} must be a list of different names, got {value!r}.")
+    return names
 
 
 def in_words(names: Sequence[str]) -> str:

@@ -89,7 +89,7 @@ CONNECTIONS = [
     ({"stiffness": (*SIX[:5], -1.0)}, "kzz must not be negative, got -1"),
     ({"stiffness": (-math.inf, *SIX[1:])}, "kx must not be negative"),
     ({"stiffness": ("stiff", *SIX[1:])}, "stiff"),
-    ({"zeta": -0.01}, "zeta must not be below 0 -, got -0.01"),
+    ({"zeta": -0.01}, "zeta must not be below 0, got -0.01"),
     ({"zeta": math.nan}, "finite"),
     ({"zeta": (0.1, 0.1)}, "one number"),
     ({"axes": np.eye(2)}, "3x3"),
@@ -171,7 +171,8 @@ def test_names_of_signals(model):
         (lambda: ibs.Force("m", (0, 1)), "3 numbers"),
         (lambda: ibs.Force("", "x"), "name"),
         (lambda: ibs.Torque("m", "z"), "Force"),
-        (lambda: ibs.Torque("m", (0, 0, 1)), "rz"),
+        (lambda: ibs.Torque("m", (0, 0, 0)), "not zero"),
+        (lambda: ibs.Sensor("m", "-z"), r"\(0, 0, -1\)"),
         (lambda: ibs.Sensor("m", "z", quantity="jerk"), "jerk"),
         (lambda: ibs.Sensor("m", "z", position=(0, 0)), "position"),
         (lambda: ibs.Sensor("m", "z", name=""), "name"),
@@ -196,7 +197,7 @@ def test_one_dimensional_models_want_one_number():
     refused(model, lambda: model.rigid_body("m", inertia=1.0, cog=(0, 0, 0)), "no cog")
     refused(model, lambda: model.flexible_body("f", two_interfaces()), "3-D")
     model.rigid_body("m", inertia=1.0)
-    refused(model, lambda: model.connection("k", "frame", "m", stiffness=SIX), "1 numbers")
+    refused(model, lambda: model.connection("k", "frame", "m", stiffness=SIX), "one number")
     refused(model, lambda: model.connection("k", "frame", "m", position1=(0, 0, 0), stiffness=1.0), "no position1")
     refused(model, lambda: model.connection("k", "frame", "m", stiffness=-1.0), "negative")
     model.connection("k", "frame", "m", stiffness=1.0)

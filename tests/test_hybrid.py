@@ -317,3 +317,64 @@ def test_nafems_fv4_cantilever_with_two_offset_masses():
     assert any("fixed to the ground" in finding for finding in model.check())
     with pytest.raises(ibs.ModelError, match="cannot move far"):
         model.linearize(flexible="floating-frame")
+
+
+def between(reduced):
+    """platform -k1- blade -k2- mirror, where the flexure will take the blade's place."""
+    base, tip = (np.array(reduced.interfaces[i].position) for i in ("base", "tip"))
+    model = ibs.Model("m")
+    model.fixation("platform", position=base)
+    model.rigid_body("blade", mass=0.08, cog=(base + tip) / 2, inertia=(1e-5,) * 3 + (0,) * 3)
+    model.rigid_body("mirror", mass=0.3, cog=tip + [0.01, 0, 0], inertia=INERTIA)
+    model.connection("k1", "platform", "blade", position1=base, stiffness=MOUNT, zeta=0.01)
+    model.connection("k2", "blade", "mirror", position1=tip, stiffness=GLUE, zeta=0.01)
+    return model
+
+
+def test_connections_that_are_replaced_leave_the_part_locked_to_their_other_end(reduced):
+    model = between(reduced)
+    model.replace_with_flexible("flexure", reduced, parts=["k1", "blade", "k2"])
+    assert set(model.connections) == {"flexure-base", "flexure-tip"}
+    modes = model.linearize().modes()
+    assert not modes.rigid.any()
+    clamped = ibs.Model("clamped")
+    clamped.fixation("platform", position=reduced.interfaces["base"].position)
+    clamped.rigid_body("mirror", mass=0.3, cog=model.items["mirror"].cog, inertia=INERTIA)
+    clamped.flexible_body("flexure", reduced)
+    clamped.connection("a", "platform", "flexure.base", stiffness=(np.inf,) * 6)
+    clamped.connection("b", "flexure.tip", "mirror", stiffness=(np.inf,) * 6)
+    np.testing.assert_allclose(modes.frequencies, clamped.linearize().modes().frequencies, rtol=1e-9)
+    half = between(reduced)
+    half.replace_with_flexible("blade", reduced, parts=["blade", "k1"])
+    assert half.connections["k2"].item1 == "blade.tip"
+    assert half.connections["blade-base"].locked == (True,) * 6
+
+
+def test_parts_that_have_nothing_to_do_with_it_are_refused(reduced):
+    model = between(reduced)
+    model.rigid_body("far", mass=1.0, cog=(1, 0, 0), inertia=(1e-3,) * 3 + (0,) * 3)
+    model.connection("away", "mirror", "far", position1=(1, 0, 0), stiffness=GLUE)
+    for parts, words in (
+        (["blade", "away"], "both stay"),
+        (["k1", "k2"], "name the bodies"),
+        ([], "list of different names"),
+        ("blade", "list of different names"),
+        (["blade", "blade"], "list of different names"),
+        ([["blade"]], "list of different names"),
+    ):
+        before = (dict(model.items), dict(model.connections))
+        with pytest.raises(ibs.ModelError, match=words):
+            model.replace_with_flexible("blade", reduced, parts=parts)
+        assert (dict(model.items), dict(model.connections)) == before
+    with pytest.raises(ibs.ModelError, match="must be"):
+        model.replace_with_flexible("blade", reduced, interfaces=["base"])
+
+
+def test_a_part_that_lies_elsewhere_is_told(reduced):
+    model = ibs.Model("m")
+    model.fixation("ground", position=(1, 0, 0))
+    model.rigid_body("mirror", mass=0.3, cog=(1.05, 0, 0), inertia=INERTIA)
+    model.connection("flexure", "ground", "mirror", (1, 0, 0), (1.04, 0, 0), (1e6,) * 3 + (500,) * 3, damping=(1,) * 6)
+    with pytest.warns(ibs.ModelWarning, match="explicit damping"):
+        model.replace_with_flexible("flexure", reduced, zeta=0.01, interfaces={"ground": "base", "mirror": "tip"})
+    assert any("does the part lie where the model has it" in finding for finding in model.check())

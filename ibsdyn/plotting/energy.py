@@ -28,5 +28,6 @@ def plot_strain_energy(modes: Modes, count: int, axes: Axes | None) -> Axes:
     axes.set_xlabel("mode, frequency [Hz]")
     axes.set_ylabel("share of strain energy [%]")
     axes.set_ylim(0, 100)
-    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize="small", title="part")
+    if len(elastic) and modes.strain_energy:
+        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize="small", title="part")
     return axes
