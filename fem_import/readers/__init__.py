@@ -14,12 +14,24 @@ from fem_import.readers.abaqus_substructure import read_abaqus_substructure
 from fem_import.readers.ansys import is_full, read_ansys
 from fem_import.readers.calculix import JOB_SUFFIXES, job_stem, read_calculix
 from fem_import.readers.harwell_boeing import is_harwell_boeing
+from fem_import.readers.matlab import is_matlab, read_matlab
+from fem_import.readers.matrix_market import read_matrix_market
 from fem_import.readers.matrix_market_file import is_matrix_market
+from fem_import.readers.npz import read_npz
 from fem_import.readers.packed_file import bare_suffix, first_bytes
 
-__all__ = ["read", "read_abaqus", "read_abaqus_substructure", "read_ansys", "read_calculix"]
+__all__ = [
+    "read",
+    "read_abaqus",
+    "read_abaqus_substructure",
+    "read_ansys",
+    "read_calculix",
+    "read_matlab",
+    "read_matrix_market",
+    "read_npz",
+]
 
-_OPTIONS = ("mass", "damping", "mapping", "nodes", "node_sets", "deck")
+_OPTIONS = ("mass", "damping", "mapping", "nodes", "node_sets", "deck", "dofs", "names")
 _HEAD = 4096
 
 
@@ -29,11 +41,12 @@ def read(path: str | os.PathLike[str], units: str | None = None, **options: Any)
     Parameters
     ----------
     path : a CalculiX job (.inp, .sti, .mas, .dof or the stem); an Abaqus job (.inp with _STIF1.mtx beside it) or
-        its stiffness matrix; an Ansys stiffness matrix (HBMAT or *EXPORT text) or .full file. Gzipped or not.
+        its stiffness matrix; an Ansys stiffness matrix (HBMAT or *EXPORT text) or .full file; a Matrix Market
+        file; a .npz or .mat. Gzipped or not.
     units : of the model: "SI", "mm-t-s", "mm-kg-s" or "in-lbf-s". Required, except for CalculiX, whose reader
         takes "SI" by default.
     options : what the reader of that program takes: mass=, nodes=, mapping=, deck= ...; see read_ansys,
-        read_abaqus, read_calculix.
+        read_abaqus, read_matrix_market, read_npz, read_matlab.
 
     Returns
     -------
@@ -67,13 +80,21 @@ def _reader_of(given: Path, options: dict[str, Any]) -> Callable[..., FEModel]:
     suffix = bare_suffix(given)
     if suffix == ".inp":
         return read_abaqus
-    if is_full(given) or is_harwell_boeing(head) or is_matrix_market(head):
+    if is_full(given) or is_harwell_boeing(head):
         return read_ansys
+    if is_matrix_market(head):
+        if b"ansys" in head.lower() or "mapping" in options:
+            return read_ansys
+        return read_matrix_market
+    if head.startswith(b"PK"):
+        return read_npz
+    if is_matlab(head):
+        return read_matlab
     if is_substructure(head) or is_matrix_table(head):
         return read_abaqus
     known = (
         "Known: jobs of CalculiX and Abaqus (.inp with the matrices beside it), stiffness matrices of Ansys (HBMAT, "
-        "*EXPORT), .full."
+        "*EXPORT), .full, Matrix Market with dofs=, .npz, .mat."
     )
     if suffix in (".cdb", ".mapping"):
         raise ExportError(

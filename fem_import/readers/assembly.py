@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -109,9 +110,12 @@ def refuse_other_size(size: int, n_dofs: int, matrix_name: str, table_name: str)
 def mass_beside(stiffness: Path, kinds: tuple[tuple[str, str], ...], how_to_export: str) -> Path:
     """Find the mass matrix of a stiffness file: the same name with another word in it ("STIF" -> "MASS")."""
     for stiffness_word, mass_word in kinds:
-        place = stiffness.name.casefold().rfind(stiffness_word.casefold())
-        if place < 0:
+        # A single letter counts where it stands alone: K.mtx or beam_K.mtx, not block.mtx.
+        pattern = r"(?<![^\W_])%s(?![^\W_])" if len(stiffness_word) == 1 else "%s"
+        matches = list(re.finditer(pattern % stiffness_word, stiffness.name, re.IGNORECASE))
+        if not matches:
             continue
+        place = matches[-1].start()
         spelled = stiffness.name[place : place + len(stiffness_word)]
         word = mass_word.upper() if spelled.isupper() else mass_word.capitalize() if spelled.istitle() else mass_word
         name = stiffness.name[:place] + word + stiffness.name[place + len(stiffness_word) :]

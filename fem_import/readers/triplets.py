@@ -60,7 +60,7 @@ def parse_triplets(content: bytes, name: str) -> Triplets:
     if not np.all(np.isfinite(values)):
         line = int(np.flatnonzero(~np.isfinite(values))[0])
         raise ExportError(f"{name}, entry {line + 1}: {values[line]} is not a finite number. Is the file damaged?")
-    return Triplets(rows - 1, columns - 1, values, printed_digits(content))
+    return Triplets(rows, columns, values, printed_digits(content))
 
 
 def refuse_cut_text(content: bytes, name: str) -> None:
@@ -137,7 +137,7 @@ def _parse_regular(content: bytes) -> tuple[NDArray[np.int64], NDArray[np.int64]
     except (ValueError, OverflowError):
         return None  # the other parser says in words what is wrong
     rows, columns = matrix.coords
-    return rows.astype(np.int64) + 1, columns.astype(np.int64) + 1, np.asarray(matrix.data, dtype=np.float64)
+    return rows.astype(np.int64), columns.astype(np.int64), np.asarray(matrix.data, dtype=np.float64)
 
 
 class _Joined(io.RawIOBase):
@@ -161,7 +161,10 @@ class _Joined(io.RawIOBase):
 
 
 def _is_regular(content: bytes, n_lines: int) -> bool:
-    """Whether these are lines of three words of digits with, at most, one dot and one exponent in each last one."""
+    """Whether these are lines of three words of digits, each last one alike with a dot, an exponent, both or none.
+
+    Signs stand in front or after an exponent, and no word ends in one; then scipy's parser leaves nothing over.
+    """
     n_words = n_dots = n_exponents = 0
     for start in range(0, len(content), _CHUNK):
         # One byte more in front: what matters is what follows what.
@@ -169,13 +172,13 @@ def _is_regular(content: bytes, n_lines: int) -> bool:
         kinds = np.frombuffer(chunk.translate(_CLASSES), np.uint8)
         if kinds.max(initial=0) == _OTHER:
             return False
-        blank = kinds == _BLANK
-        n_words += int(np.count_nonzero(blank[:-1] & ~blank[1:]))
-        before_sign = kinds[:-1][kinds[1:] == _SIGN]
-        if np.any((before_sign != _BLANK) & (before_sign != _EXPONENT)):
+        blank, sign = kinds == _BLANK, kinds == _SIGN
+        exponent = kinds == _EXPONENT
+        if np.any(sign[1:] & ~(blank | exponent)[:-1]) or np.any((sign | exponent)[:-1] & blank[1:]):
             return False
+        n_words += int(np.count_nonzero(blank[:-1] & ~blank[1:]))
         n_dots += int(np.count_nonzero(kinds[1:] == _DOT))
-        n_exponents += int(np.count_nonzero(kinds[1:] == _EXPONENT))
+        n_exponents += int(np.count_nonzero(exponent[1:]))
     return n_words == 3 * n_lines and n_dots in (0, n_lines) and n_exponents in (0, n_lines)
 
 
@@ -185,8 +188,4 @@ def _parse_any(content: bytes, name: str) -> tuple[NDArray[np.int64], NDArray[np
     except (ValueError, OverflowError) as error:
         reason = str(error).splitlines()[0]
         raise ExportError(f"{name}: expected lines 'row column value'; {reason} Is the file damaged?") from None
-    return (
-        np.ascontiguousarray(table["row"]),
-        np.ascontiguousarray(table["column"]),
-        np.ascontiguousarray(table["value"]),
-    )
+    return table["row"] - 1, table["column"] - 1, np.ascontiguousarray(table["value"])
