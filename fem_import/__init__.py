@@ -27,6 +27,8 @@ from fem_import.readers import (
     read_calculix,
     read_matlab,
     read_matrix_market,
+    read_nastran,
+    read_nastran_superelement,
     read_npz,
 )
 from fem_import.reduced_body import InterfaceFrame, ReducedBody
@@ -55,6 +57,8 @@ __all__ = [
     "read_calculix",
     "read_matlab",
     "read_matrix_market",
+    "read_nastran",
+    "read_nastran_superelement",
     "read_npz",
     "reduce",
 ]

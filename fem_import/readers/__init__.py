@@ -17,6 +17,7 @@ from fem_import.readers.harwell_boeing import is_harwell_boeing
 from fem_import.readers.matlab import is_matlab, read_matlab
 from fem_import.readers.matrix_market import read_matrix_market
 from fem_import.readers.matrix_market_file import is_matrix_market
+from fem_import.readers.nastran import is_bulk, read_nastran, read_nastran_superelement
 from fem_import.readers.npz import read_npz
 from fem_import.readers.packed_file import bare_suffix, first_bytes
 
@@ -28,10 +29,12 @@ __all__ = [
     "read_calculix",
     "read_matlab",
     "read_matrix_market",
+    "read_nastran",
+    "read_nastran_superelement",
     "read_npz",
 ]
 
-_OPTIONS = ("mass", "damping", "mapping", "nodes", "node_sets", "deck", "dofs", "names")
+_OPTIONS = ("mass", "damping", "mapping", "nodes", "node_sets", "deck", "dofs", "names", "bulk")
 _HEAD = 4096
 
 
@@ -42,11 +45,12 @@ def read(path: str | os.PathLike[str], units: str | None = None, **options: Any)
     ----------
     path : a CalculiX job (.inp, .sti, .mas, .dof or the stem); an Abaqus job (.inp with _STIF1.mtx beside it) or
         its stiffness matrix; an Ansys stiffness matrix (HBMAT or *EXPORT text) or .full file; a Matrix Market
-        file; a .npz or .mat. Gzipped or not.
+        file; a .npz or .mat; DMIG cards or OUTPUT4 (.op4) of Nastran. Gzipped or not.
     units : of the model: "SI", "mm-t-s", "mm-kg-s" or "in-lbf-s". Required, except for CalculiX, whose reader
         takes "SI" by default.
     options : what the reader of that program takes: mass=, nodes=, mapping=, deck= ...; see read_ansys,
-        read_abaqus, read_matrix_market, read_npz, read_matlab.
+        read_abaqus, read_matrix_market, read_npz, read_matlab,
+        read_nastran.
 
     Returns
     -------
@@ -88,13 +92,15 @@ def _reader_of(given: Path, options: dict[str, Any]) -> Callable[..., FEModel]:
         return read_matrix_market
     if head.startswith(b"PK"):
         return read_npz
+    if suffix == ".op4" or is_bulk(head):
+        return read_nastran
     if is_matlab(head):
         return read_matlab
     if is_substructure(head) or is_matrix_table(head):
         return read_abaqus
     known = (
         "Known: jobs of CalculiX and Abaqus (.inp with the matrices beside it), stiffness matrices of Ansys (HBMAT, "
-        "*EXPORT), .full, Matrix Market with dofs=, .npz, .mat."
+        "*EXPORT), .full, Matrix Market with dofs=, .npz, .mat, DMIG, .op4."
     )
     if suffix in (".cdb", ".mapping"):
         raise ExportError(
