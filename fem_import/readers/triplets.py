@@ -78,18 +78,36 @@ def refuse_cut_text(content: bytes, name: str) -> None:
 def parse_numbers(content: bytes, count: int, what: str) -> NDArray[np.float64]:
     """Parse `count` numbers parted by blanks; Fortran's D exponents are taken."""
     text = content.translate(bytes.maketrans(b"Dd", b"Ee"))
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error", DeprecationWarning)  # how NumPy tells of text it cannot parse
-            values = np.fromstring(text, dtype=np.float64, sep=" ")
-    except (ValueError, DeprecationWarning):
-        raise ExportError(f"{what}: {_first_wrong_word(text)!r} is not a number. Is the file damaged?") from None
+    values = _parse_regular_column(text)
+    if values is None:
+        values = _parse_any_numbers(text, what)
     if len(values) != count:
         raise ExportError(f"{what}: {count} numbers are announced and {len(values)} are there: truncated or damaged?")
     if not np.all(np.isfinite(values)):
         number = int(np.flatnonzero(~np.isfinite(values))[0])
         raise ExportError(f"{what}, number {number + 1}: {values[number]} is not finite. Is the file damaged?")
     return values
+
+
+def _parse_regular_column(text: bytes) -> NDArray[np.float64] | None:
+    """Parse one number a line on all cores; None where it is not so regular."""
+    n_lines = _count_lines(text)
+    if not _is_regular(text, n_lines, 1):
+        return None
+    try:
+        found = scipy_io.mmread(_joined(f"%%MatrixMarket matrix array real general\n{n_lines} 1\n", text))
+    except (ValueError, OverflowError):
+        return None
+    return np.asarray(found, dtype=np.float64).ravel()
+
+
+def _parse_any_numbers(text: bytes, what: str) -> NDArray[np.float64]:
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", DeprecationWarning)  # how NumPy tells of text it cannot parse
+            return np.fromstring(text, dtype=np.float64, sep=" ")
+    except (ValueError, DeprecationWarning):
+        raise ExportError(f"{what}: {_first_wrong_word(text)!r} is not a number. Is the file damaged?") from None
 
 
 def parse_whole_numbers(content: bytes, count: int, what: str) -> NDArray[np.int64]:
@@ -127,13 +145,13 @@ def _first_wrong_word(text: bytes) -> str:
 
 
 def _parse_regular(content: bytes) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]] | None:
-    n_lines = int(np.count_nonzero(np.frombuffer(content, np.uint8) == ord("\n")))
-    if not _is_regular(content, n_lines):
+    n_lines = _count_lines(content)
+    if not _is_regular(content, n_lines, 3):
         return None
     size = _LARGEST_INDEX
-    header = f"%%MatrixMarket matrix coordinate real general\n{size} {size} {n_lines}\n".encode()
+    header = f"%%MatrixMarket matrix coordinate real general\n{size} {size} {n_lines}\n"
     try:
-        matrix = sparse.coo_array(scipy_io.mmread(cast("IO[bytes]", _Joined(header, content))))
+        matrix = sparse.coo_array(scipy_io.mmread(_joined(header, content)))
     except (ValueError, OverflowError):
         return None  # the other parser says in words what is wrong
     rows, columns = matrix.coords
@@ -160,8 +178,16 @@ class _Joined(io.RawIOBase):
         return bytes(part[:taken])
 
 
-def _is_regular(content: bytes, n_lines: int) -> bool:
-    """Whether these are lines of three words of digits, each last one alike with a dot, an exponent, both or none.
+def _joined(header: str, content: bytes) -> IO[bytes]:
+    return cast("IO[bytes]", _Joined(header.encode(), content))
+
+
+def _count_lines(content: bytes) -> int:
+    return int(np.count_nonzero(np.frombuffer(content, np.uint8) == ord("\n")))
+
+
+def _is_regular(content: bytes, n_lines: int, words_a_line: int) -> bool:
+    """Whether these are lines of words of digits, each last one alike with a dot, an exponent, both or none.
 
     Signs stand in front or after an exponent, and no word ends in one; then scipy's parser leaves nothing over.
     """
@@ -179,7 +205,7 @@ def _is_regular(content: bytes, n_lines: int) -> bool:
         n_words += int(np.count_nonzero(blank[:-1] & ~blank[1:]))
         n_dots += int(np.count_nonzero(kinds[1:] == _DOT))
         n_exponents += int(np.count_nonzero(exponent[1:]))
-    return n_words == 3 * n_lines and n_dots in (0, n_lines) and n_exponents in (0, n_lines)
+    return n_words == words_a_line * n_lines and n_dots in (0, n_lines) and n_exponents in (0, n_lines)
 
 
 def _parse_any(content: bytes, name: str) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
