@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from fem_import.errors import ExportError, refuse_unknown_keywords
+from fem_import.errors import ExportError, MissingFileError, refuse_unknown_keywords
 from fem_import.fe_model import FEModel
 from fem_import.readers.abaqus import is_matrix_table, is_substructure, job_has_matrices, read_abaqus
 from fem_import.readers.abaqus_substructure import read_abaqus_substructure
@@ -76,14 +76,20 @@ def _is_calculix_job(given: Path) -> bool:
     stem = job_stem(given)
     suffixes = [suffix for suffix in JOB_SUFFIXES if suffix != ".inp"]
     beside = any(stem.with_name(stem.name + suffix + packed).exists() for suffix in suffixes for packed in ("", ".gz"))
-    return beside or bare_suffix(given) in suffixes or (bare_suffix(given) == ".inp" and not job_has_matrices(given))
+    return beside or bare_suffix(given) in suffixes
 
 
 def _reader_of(given: Path, options: dict[str, Any]) -> Callable[..., FEModel]:
     head = first_bytes(given, _HEAD)
     suffix = bare_suffix(given)
     if suffix == ".inp":
-        return read_abaqus
+        if job_has_matrices(given):
+            return read_abaqus
+        raise MissingFileError(
+            f"No matrices lie beside {given.name}. CalculiX writes {given.stem}.sti, .mas and .dof by *FREQUENCY, "
+            f"SOLVER=MATRIXSTORAGE; Abaqus writes {given.stem}_STIF1.mtx and _MASS1.mtx by *MATRIX GENERATE and "
+            "*MATRIX OUTPUT, STIFFNESS, MASS."
+        )
     if is_full(given) or is_harwell_boeing(head):
         return read_ansys
     if is_matrix_market(head):

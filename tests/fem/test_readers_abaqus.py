@@ -12,6 +12,7 @@ from reader_checks import assert_damage_is_answered, assert_same_part, sample
 from scipy import sparse
 
 import fem_import as fi
+from fem_import.readers.abaqus import _read_table
 from fem_import.readers.abaqus_deck import read_abaqus_deck
 
 BLOCK = brick_block((3, 1, 2), (0.03, 0.01, 0.02))
@@ -254,6 +255,12 @@ def test_missing_files_name_the_cure(job):
         fi.read(matrix, mass=matrix, units="SI")
 
 
+def test_a_deck_alone_is_told_what_belongs_to_it(tmp_path):
+    (tmp_path / "job.inp").write_text(abaqus_deck(BLOCK))
+    with pytest.raises(fi.MissingFileError, match=r"MATRIXSTORAGE.*MATRIX OUTPUT"):
+        fi.read(tmp_path / "job.inp", units="SI")
+
+
 def substructure_text(body, labels, n_modes):
     """A reduced body as Abaqus writes a substructure: nodes in the order of `labels`, modes as internal nodes."""
     nodes = list(labels) + list(range(-1, -n_modes - 1, -1))
@@ -343,3 +350,21 @@ def test_damage_of_a_substructure_never_gives_another_exception(substructure):
         lambda: fi.read_abaqus_substructure(path, {"root": 1, "tip": 5}, units="SI", deck=path.with_name("beam.inp")),
         range(100),
     )
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        "12,3, 45,1,  1.5e+00\n7,1, 7,1, -2.0e-01\n",
+        "12 3 45 1 1.5e+00\n7 1 7 1 -2.0e-01\n",
+        "12,  3, 45,1, 1.5e+00\n7,1, 7,1, -2.0e-01\n",
+        "12 , 3, 45,1, 1.5\n7, 1, 7, 1, -2.0e-01\n",
+    ],
+)
+def test_separators_and_blanks_do_not_matter(tmp_path, lines):
+    path = tmp_path / "x.mtx"
+    path.write_text(lines)
+    table = _read_table(path)
+    np.testing.assert_array_equal([table.row_nodes, table.rows], [[12, 7], [3, 1]])
+    np.testing.assert_array_equal([table.column_nodes, table.columns], [[45, 7], [1, 1]])
+    np.testing.assert_array_equal(table.values, [1.5, -0.2])

@@ -212,7 +212,10 @@ def test_external_superelement_becomes_a_reduced_body(superelement):
     np.testing.assert_allclose(frequencies(punched.K, punched.M)[6:], frequencies(body.K, body.M)[6:], rtol=1e-6)
     with pytest.raises(fi.ExportError, match=r"fi\.read_nastran_superelement"):
         fi.read(path, units="SI")
-    with pytest.raises(fi.InterfaceError, match="node 5 is retained and is no interface"):
+    with (
+        pytest.warns(fi.ExportWarning, match="10 digits"),
+        pytest.raises(fi.InterfaceError, match="node 5 is retained and is no interface"),
+    ):
         fi.read_nastran_superelement(path, {"root": 1}, units="SI")
 
 
