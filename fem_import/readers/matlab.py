@@ -5,19 +5,17 @@ from __future__ import annotations
 import importlib
 import io
 import os
-import struct
-import zlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NoReturn, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import io as scipy_io
 from scipy import sparse
 
 from fem_import.errors import ExportError, refuse_unknown_keywords
 from fem_import.fe_model import FEModel
+from fem_import.readers.matlab_5 import parse_matlab_5
 from fem_import.readers.named_arrays import MATRICES, SET_PREFIX, TABLES, model_of_arrays
 from fem_import.readers.packed_file import read_bytes
 
@@ -27,7 +25,7 @@ HDF5 = b"\x89HDF\r\n\x1a\n"
 _HDF5_AT = (0, 512)  # MATLAB puts a text of 512 bytes in front
 _HARMLESS = 1 << 30
 _RATIO = 200
-# What scipy and h5py raise for a damaged file is not documented and comes from many places.
+# What h5py raises for a damaged file is not documented and comes from many places.
 _DAMAGED: tuple[type[Exception], ...] = (
     *(
         ValueError,
@@ -40,7 +38,6 @@ _DAMAGED: tuple[type[Exception], ...] = (
         OSError,
         EOFError,
     ),
-    *(zlib.error, struct.error),
 )
 _KEYWORDS = ("path", "names", "dofs", "units")
 
@@ -82,7 +79,7 @@ def read_matlab(
     if any(content[at : at + len(HDF5)] == HDF5 for at in _HDF5_AT):
         found = _read_hdf5(content, source.name, spelled)
     else:
-        found = _read_version_5(content, source.name, spelled)
+        found = parse_matlab_5(content, source.name, max(_HARMLESS, _RATIO * len(content)))
     arrays = {name: found[theirs] for name, theirs in spelled.items() if theirs in found}
     for name, theirs in (names or {}).items():
         if theirs not in found:
@@ -98,16 +95,6 @@ def read_matlab(
 def is_matlab(head: bytes) -> bool:
     """Whether a file starts as a MATLAB file of version 5 or 7.3."""
     return head.startswith(b"MATLAB ") or any(head[at : at + len(HDF5)] == HDF5 for at in _HDF5_AT)
-
-
-def _read_version_5(content: bytes, name: str, spelled: Mapping[str, str]) -> dict[str, Any]:
-    try:
-        stream: Any = io.BytesIO(content)  # scipy takes streams, its stubs do not say so
-        listed = [entry[0] for entry in scipy_io.whosmat(stream)]
-        wanted = [entry for entry in listed if entry in spelled.values() or entry.startswith(SET_PREFIX)]
-        return dict(scipy_io.loadmat(stream, variable_names=wanted))
-    except _DAMAGED as error:
-        raise ExportError(f"{name} cannot be read as a MATLAB file ({error}); damaged? Save it again.") from None
 
 
 def _read_hdf5(content: bytes, name: str, spelled: Mapping[str, str]) -> dict[str, Any]:

@@ -78,7 +78,12 @@ def _matrix(arrays: Mapping[str, Any], kind: str, source: str) -> Any:
         raise ExportError(f"{source} holds {' and '.join(given)}, which are names of one matrix. Keep one.")
     if not given:
         return None
-    matrix = arrays[given[0]]
+    matrix: Any = arrays[given[0]]
+    if hasattr(matrix, "check_format"):
+        try:  # compiled code trusts the indices, and a damaged MATLAB file has any
+            matrix.check_format(full_check=True)
+        except ValueError as error:
+            raise ExportError(f"{source}: {given[0]} is no sparse matrix ({error}). Is the file damaged?") from None
     if not sparse.issparse(matrix):
         matrix = np.asarray(matrix)
         if matrix.ndim != 2 or matrix.dtype.kind not in "fiuc":

@@ -186,6 +186,15 @@ def test_matlab_version_5_with_the_names_of_comsol(tmp_path):
         fi.read(path, units="SI", names={"position": "xyz"})
 
 
+def test_matlab_with_indices_out_of_range(tmp_path):
+    """Compiled code would write outside its memory."""
+    K = sparse.csc_matrix(BLOCK.K)
+    K.indices[5] = 10**6
+    scipy_io.savemat(tmp_path / "part.mat", {**named(BLOCK), "K": K})
+    with pytest.raises(fi.ExportError, match="K is no sparse matrix"):
+        fi.read(tmp_path / "part.mat", units="SI")
+
+
 def write_matlab_73(path, model):
     h5py = pytest.importorskip("h5py", reason="the extra [matlab]")
     with h5py.File(path, "w", userblock_size=512) as file:
