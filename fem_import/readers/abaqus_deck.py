@@ -76,6 +76,10 @@ class _Deck:
             hint = f" Its parts have no *INSTANCE. {_FLAT_DECK}" if self._parts else ""
             raise ExportError(f"{self._path} defines no nodes (*NODE), nor does what it includes.{hint}")
         scope = model if own is None else own
+        if not scope.n_nodes():
+            raise ExportError(
+                f"{self._path.name}: instance {self._instance_name!r} and its part define no nodes (*NODE)."
+            )
         labels, positions = np.concatenate(scope.labels), np.vstack(scope.positions)
         unique, counts = np.unique(labels, return_counts=True)
         if len(unique) < len(labels):

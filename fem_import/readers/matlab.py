@@ -26,19 +26,7 @@ _HDF5_AT = (0, 512)  # MATLAB puts a text of 512 bytes in front
 _HARMLESS = 1 << 30
 _RATIO = 200
 # What h5py raises for a damaged file is not documented and comes from many places.
-_DAMAGED: tuple[type[Exception], ...] = (
-    *(
-        ValueError,
-        TypeError,
-        LookupError,
-        AttributeError,
-        ArithmeticError,
-        MemoryError,
-        RuntimeError,
-        OSError,
-        EOFError,
-    ),
-)
+_DAMAGED = (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, MemoryError, RuntimeError, OSError)
 _KEYWORDS = ("path", "names", "dofs", "units")
 
 

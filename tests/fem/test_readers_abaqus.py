@@ -180,6 +180,7 @@ def test_deck_grammar(tmp_path):
             lambda t: t.replace("*End Assembly", "*Transform, nset=LEFT\n0,1,0,1,0,0\n*End Assembly"),
             "not in global axes",
         ),
+        (lambda t: t.replace("*Node\n", "*Nod\n"), "define no nodes"),
         (lambda t: t.replace("part=block", "part=blok"), "'blok' is not defined"),
         (lambda t: t.replace("instance=block-1", "instance=block-2", 1), "'block-2' is not defined"),
         (lambda t: t.replace("*Part", "*System\n1,0,0,1,1,0\n*Part"), "local system"),
