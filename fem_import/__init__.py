@@ -21,7 +21,18 @@ from fem_import.fe_model import FEModel
 from fem_import.inertia_integrals import InertiaIntegrals
 from fem_import.interfaces import Interface
 from fem_import.mode_check import ModeCheck, mode_check
-from fem_import.readers import read, read_calculix
+from fem_import.readers import (
+    read,
+    read_abaqus,
+    read_abaqus_substructure,
+    read_ansys,
+    read_calculix,
+    read_matlab,
+    read_matrix_market,
+    read_nastran,
+    read_nastran_superelement,
+    read_npz,
+)
 from fem_import.reduced_body import InterfaceFrame, ReducedBody
 from fem_import.reduction import reduce
 
@@ -44,6 +55,14 @@ __all__ = [
     "UnknownNameError",
     "mode_check",
     "read",
+    "read_abaqus",
+    "read_abaqus_substructure",
+    "read_ansys",
     "read_calculix",
+    "read_matlab",
+    "read_matrix_market",
+    "read_nastran",
+    "read_nastran_superelement",
+    "read_npz",
     "reduce",
 ]

@@ -57,6 +57,14 @@ def nearest_known(name: object, known: Iterable[str]) -> str:
     return f"{guess} Known: {shown}." if names else " There are none."
 
 
+def refuse_unknown_names(what: str, given: Iterable[str], known: Iterable[str]) -> None:
+    """Raise UnknownNameError for the first of the given names that is not known."""
+    names = list(known)
+    for name in given:
+        if name not in names:
+            raise UnknownNameError(f"{what} has no {name!r}.{nearest_known(name, names)}")
+
+
 def warn_user(message: str) -> None:
     """Issue an ExportWarning that points at the first line outside this package.
 

@@ -330,10 +330,13 @@ def _checked_skin(skin: ArrayLike | None, labels: IntArray) -> IntArray | None:
 def _checked_matrix(name: str, matrix: Any, n_dofs: int) -> SparseMatrix:
     if matrix is None:
         raise ExportError(f"{name} is missing.")
+    if np.iscomplexobj(matrix):
+        raise ExportError(f"{name} is complex; give the real matrix, and structural damping as zeta in the model.")
     try:
         with np.errstate(all="ignore"):
             # A copy: what follows works in place and must not touch the caller's matrix.
             checked = sparse.csr_array(matrix, dtype=np.float64, copy=True)
+            checked.check_format(full_check=True)
     except (TypeError, ValueError) as error:
         raise ExportError(f"{name} must be a real (n, n) matrix, sparse or dense; {error}.") from None
     if checked.shape != (n_dofs, n_dofs):

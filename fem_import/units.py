@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fem_import.errors import UnknownNameError, nearest_known
+from fem_import.errors import ExportError, UnknownNameError, nearest_known
 
 
 @dataclass(frozen=True)
@@ -45,3 +45,13 @@ def unit_system(name: str) -> UnitSystem:
     if not isinstance(name, str) or name not in UNIT_SYSTEMS:
         raise UnknownNameError(f"Unknown unit system {name!r}.{nearest_known(name, UNIT_SYSTEMS)}")
     return UNIT_SYSTEMS[name]
+
+
+def required_units(name: str | None, source: str) -> UnitSystem:
+    """Return the unit system of a file that does not say which it is; ExportError where the user does not either."""
+    if name is None:
+        raise ExportError(
+            f"{source} does not say its units. Give units=, one of {', '.join(map(repr, UNIT_SYSTEMS))}: those of the "
+            "model it was exported from."
+        )
+    return unit_system(name)

@@ -3,34 +3,118 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
-from fem_import.errors import ExportError, MissingFileError, UnknownKeywordError
+from fem_import.errors import ExportError, MissingFileError, UnknownKeywordError, nearest_known
 from fem_import.fe_model import FEModel
-from fem_import.keywords import known_keywords
+from fem_import.readers.abaqus import is_matrix_table, is_substructure, job_has_matrices, read_abaqus
+from fem_import.readers.abaqus_substructure import read_abaqus_substructure
+from fem_import.readers.ansys import is_full, read_ansys
 from fem_import.readers.calculix import JOB_SUFFIXES, job_stem, read_calculix
+from fem_import.readers.harwell_boeing import is_harwell_boeing
+from fem_import.readers.matlab import is_matlab, read_matlab
+from fem_import.readers.matrix_market import read_matrix_market
+from fem_import.readers.matrix_market_file import is_matrix_market
+from fem_import.readers.nastran import is_bulk, read_nastran, read_nastran_superelement
+from fem_import.readers.npz import read_npz
+from fem_import.readers.packed_file import bare_suffix, first_bytes
 
-__all__ = ["read", "read_calculix"]
+__all__ = [
+    "read",
+    "read_abaqus",
+    "read_abaqus_substructure",
+    "read_ansys",
+    "read_calculix",
+    "read_matlab",
+    "read_matrix_market",
+    "read_nastran",
+    "read_nastran_superelement",
+    "read_npz",
+]
+
+_OPTIONS = ("mass", "damping", "mapping", "nodes", "node_sets", "deck", "dofs", "names", "bulk")
+_HEAD = 4096
 
 
-@known_keywords(UnknownKeywordError)
-def read(path: str | os.PathLike[str], units: str = "SI") -> FEModel:
-    """Read an export; the program it comes from is told by its files.
+def read(path: str | os.PathLike[str], units: str | None = None, **options: Any) -> FEModel:
+    """Read an export; the program it comes from is told by the files.
 
-    path: a CalculiX job (.inp with .sti, .mas and .dof beside it, or its stem). units: as the program had
-    them. Raises ExportError if no reader knows the file, MissingFileError, UnknownNameError.
+    Parameters
+    ----------
+    path : a CalculiX job (.inp, .sti, .mas, .dof or the stem); an Abaqus job (.inp with _STIF1.mtx beside it) or
+        its stiffness matrix; an Ansys stiffness matrix (HBMAT or *EXPORT text) or .full file; a Matrix Market
+        file; a .npz or .mat; DMIG cards or OUTPUT4 (.op4) of Nastran. Gzipped or not.
+    units : of the model: "SI", "mm-t-s", "mm-kg-s" or "in-lbf-s". Required, except for CalculiX, whose reader
+        takes "SI" by default.
+    options : what the reader of that program takes: mass=, nodes=, mapping=, deck= ...; see read_ansys,
+        read_abaqus, read_matrix_market, read_npz, read_matlab,
+        read_nastran.
+
+    Returns
+    -------
+    FEModel : checked, SI.
+
+    Raises
+    ------
+    ExportError : no reader knows the file, or it is damaged. MissingFileError, UnknownNameError.
     """
+    for option in options:
+        if option not in _OPTIONS:
+            known = ("path", "units", *_OPTIONS)
+            raise UnknownKeywordError(f"read() has no parameter {option!r}.{nearest_known(option, known)}")
     given = Path(path)
+    if _is_calculix_job(given):
+        if options:
+            raise ExportError(
+                f"{given.name} is a CalculiX job, whose files are found by name; leave {next(iter(options))}= out."
+            )
+        return read_calculix(given, units="SI" if units is None else units)
+    return _reader_of(given, options)(given, units=units, **options)
+
+
+def _is_calculix_job(given: Path) -> bool:
     stem = job_stem(given)
-    is_job = stem != given or any(
-        stem.with_name(stem.name + suffix + packed).exists() for suffix in JOB_SUFFIXES for packed in ("", ".gz")
+    suffixes = [suffix for suffix in JOB_SUFFIXES if suffix != ".inp"]
+    beside = any(stem.with_name(stem.name + suffix + packed).exists() for suffix in suffixes for packed in ("", ".gz"))
+    return beside or bare_suffix(given) in suffixes
+
+
+def _reader_of(given: Path, options: dict[str, Any]) -> Callable[..., FEModel]:
+    head = first_bytes(given, _HEAD)
+    suffix = bare_suffix(given)
+    if suffix == ".inp":
+        if job_has_matrices(given):
+            return read_abaqus
+        raise MissingFileError(
+            f"No matrices lie beside {given.name}. CalculiX writes {given.stem}.sti, .mas and .dof by *FREQUENCY, "
+            f"SOLVER=MATRIXSTORAGE; Abaqus writes {given.stem}_STIF1.mtx and _MASS1.mtx by *MATRIX GENERATE and "
+            "*MATRIX OUTPUT, STIFFNESS, MASS."
+        )
+    if is_full(given) or is_harwell_boeing(head):
+        return read_ansys
+    if is_matrix_market(head):
+        if b"ansys" in head.lower() or "mapping" in options:
+            return read_ansys
+        return read_matrix_market
+    if head.startswith(b"PK"):
+        return read_npz
+    if suffix == ".op4" or is_bulk(head):
+        return read_nastran
+    if is_matlab(head):
+        return read_matlab
+    if is_substructure(head) or is_matrix_table(head):
+        return read_abaqus
+    known = (
+        "Known: jobs of CalculiX and Abaqus (.inp with the matrices beside it), stiffness matrices of Ansys (HBMAT, "
+        "*EXPORT), .full, Matrix Market with dofs=, .npz, .mat, DMIG, .op4."
     )
-    if is_job:
-        return read_calculix(given, units=units)
-    if not given.exists():
-        raise MissingFileError(f"{given} does not exist.")
+    if suffix in (".cdb", ".mapping"):
+        raise ExportError(
+            f"{given.name} holds no matrices. Give the stiffness matrix, and this file as nodes= or mapping=."
+        )
     raise ExportError(
-        f"{given.name}: no reader knows this kind of file. Known: CalculiX jobs (.inp with .sti, .mas and "
-        ".dof beside "
-        "it). Matrices of other programs come in by FEModel.from_arrays."
+        f"{given.name}: no reader knows this kind of file. {known} Matrices of other programs come in by "
+        "FEModel.from_arrays."
     )

@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from fem_import.errors import ExportError, MissingFileError, warn_user
-from fem_import.export_report import MINIMUM_DIGITS
+from fem_import.errors import ExportError, MissingFileError
 from fem_import.fe_model import FEModel
-from fem_import.readers.calculix_deck import Deck, read_bytes, read_deck
+from fem_import.readers.assembly import warn_of_few_digits
+from fem_import.readers.calculix_deck import Deck, read_deck
+from fem_import.readers.packed_file import read_bytes
 from fem_import.readers.triplets import Triplets, parse_triplets
 from fem_import.units import unit_system
 
@@ -60,12 +61,7 @@ def read_calculix(path: str | os.PathLike[str], units: str = "SI") -> FEModel:
         digits=digits,
         skin=deck.skin,
     )
-    if digits < MINIMUM_DIGITS:
-        warn_user(
-            f"{stem.name}: the matrices are printed with {digits} digits; below {MINIMUM_DIGITS} the "
-            "rigid-body modes "
-            "of flexures rise from zero and flexible modes go wrong. Export with more digits."
-        )
+    warn_of_few_digits(digits, stem.name)
     return part
 
 

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import gzip
-import zlib
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fem_import.display import skin_of_solids
-from fem_import.errors import ExportError, MissingFileError
+from fem_import.errors import ExportError
+from fem_import.readers.deck_cards import Card, read_cards
 
 _EXPANDED_ELEMENTS = ("S3", "S4", "S6", "S8", "B2", "B3", "CPS", "CPE", "CAX", "M3D", "T2D", "T3D")
 # Nodes and corner nodes of the solids whose skin is drawn.
@@ -44,30 +41,6 @@ class Deck:
     skin: NDArray[np.int64]  # (t, 3) node labels
 
 
-@dataclass
-class _Card:
-    """One keyword line with its data lines, still text."""
-
-    keyword: str
-    parameters: dict[str, str]
-    where: str
-    data: list[str] = field(default_factory=list)
-
-    def refuse(self, what: str) -> NoReturn:
-        raise ExportError(f"{self.where}, {self.keyword}: {what}")
-
-
-def read_bytes(path: Path) -> bytes:
-    """Return the content of a file, unpacked if it is gzipped (by content, not by name)."""
-    try:
-        content = path.read_bytes()
-        return gzip.decompress(content) if content[:2] == b"\x1f\x8b" else content
-    except FileNotFoundError:
-        raise MissingFileError(f"{path} does not exist.") from None
-    except (OSError, EOFError, zlib.error) as error:
-        raise ExportError(f"{path} cannot be read ({error}); damaged or truncated? Export it again.") from None
-
-
 def read_deck(path: Path) -> Deck:
     """Read a deck and what it includes. Raises ExportError with file and line, MissingFileError."""
     labels: list[NDArray[np.int64]] = []
@@ -81,7 +54,7 @@ def read_deck(path: Path) -> Deck:
     def add_to_set(name: str, members: NDArray[np.int64]) -> None:
         sets.setdefault(spelled.setdefault(name.casefold(), name), []).append(members)
 
-    for card in _cards(path, path.parent, ()):
+    for card in read_cards(path):
         if card.keyword in _ABAQUS_ASSEMBLY:
             card.refuse("parts and instances are Abaqus' and ccx does not know them. Write a flat deck.")
         elif card.keyword == "*NODE":
@@ -116,70 +89,7 @@ def read_deck(path: Path) -> Deck:
     )
 
 
-def _cards(path: Path, job_folder: Path, including: tuple[Path, ...]) -> Iterator[_Card]:
-    """Yield the cards of a deck in order, those of included files in place."""
-    resolved = path.resolve()
-    if resolved in including:
-        chain = " -> ".join(item.name for item in (*including, resolved))
-        raise ExportError(f"*INCLUDE goes round in a circle: {chain}.")
-    card: _Card | None = None
-    for line_number, line in _logical_lines(read_bytes(path).decode("latin-1")):
-        if not line.startswith("*"):
-            if card is not None:
-                card.data.append(line)
-            continue
-        if card is not None:
-            yield card
-            card = None
-        opened = _keyword_card(line, f"{path.name}, line {line_number}")
-        if opened.keyword == "*INCLUDE":
-            yield from _cards(_included_file(opened, path, job_folder), job_folder, (*including, resolved))
-        else:
-            card = opened
-    if card is not None:
-        yield card
-
-
-def _logical_lines(text: str) -> Iterator[tuple[int, str]]:
-    """Yield (line number, line) without comments and blanks; a keyword line ending in a comma goes on."""
-    pending, pending_number = "", 0
-    for line_number, raw in enumerate(text.splitlines(), start=1):
-        line = raw.strip()
-        if not line or line.startswith("**"):
-            continue
-        if pending:
-            line = pending + line
-            line_number = pending_number
-            pending = ""
-        if line.startswith("*") and line.endswith(","):
-            pending, pending_number = line, line_number
-            continue
-        yield line_number, line
-    if pending:
-        yield pending_number, pending.rstrip(",")
-
-
-def _keyword_card(line: str, where: str) -> _Card:
-    keyword, *words = line.split(",")
-    parameters = {}
-    for word in words:
-        name, _, value = word.partition("=")
-        parameters[" ".join(name.upper().split())] = value.strip().strip("\"'")
-    return _Card(" ".join(keyword.upper().split()), parameters, where)
-
-
-def _included_file(card: _Card, including: Path, job_folder: Path) -> Path:
-    name = card.parameters.get("INPUT") or card.refuse("the parameter INPUT= is missing.")
-    # ccx takes the path from where it was started, which was most likely the folder of the job.
-    candidates = [folder / name for folder in (including.parent, job_folder)]
-    candidates += [candidate.with_name(candidate.name + ".gz") for candidate in candidates]
-    for candidate in candidates:
-        if candidate.is_file():
-            return candidate
-    raise MissingFileError(f"{card.where}: the included file {name!r} is not in {including.parent}. Copy it there.")
-
-
-def _node_block(card: _Card) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+def _node_block(card: Card) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     system = card.parameters.get("SYSTEM", "R").upper()
     if system != "R":
         card.refuse(f"SYSTEM={system}: only rectangular coordinates are read.")
@@ -200,7 +110,7 @@ def _node_block(card: _Card) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     return labels.astype(np.int64), table[:, 1:]
 
 
-def _node_line(card: _Card, line: str) -> list[float]:
+def _node_line(card: Card, line: str) -> list[float]:
     """Parse one line with what the fast route does not take: left-out coordinates (0) and D exponents."""
     words = [word.strip().upper().replace("D", "E") for word in line.rstrip(", ").split(",")]
     if len(words) > 4:
@@ -212,7 +122,7 @@ def _node_line(card: _Card, line: str) -> list[float]:
     return values + [0.0] * (4 - len(values))
 
 
-def _solid_corners(card: _Card, element: str) -> list[NDArray[np.int64]]:
+def _solid_corners(card: Card, element: str) -> list[NDArray[np.int64]]:
     """Return the corner labels of a block of solids, for drawing only: nothing where the block is not understood."""
     kind = next((size for name, size in _SOLIDS.items() if element.rstrip("RIMTESB") == name), None)
     if kind is None:
@@ -225,7 +135,7 @@ def _solid_corners(card: _Card, element: str) -> list[NDArray[np.int64]]:
     return [numbers.reshape(-1, width)[:, 1 : 1 + kind[1]]] if len(numbers) % width == 0 else []
 
 
-def _set_members(card: _Card, sets: dict[str, list[NDArray[np.int64]]], spelled: dict[str, str]) -> NDArray[np.int64]:
+def _set_members(card: Card, sets: dict[str, list[NDArray[np.int64]]], spelled: dict[str, str]) -> NDArray[np.int64]:
     if "ELSET" in card.parameters:
         card.refuse("ELSET= is Abaqus' and ccx ignores it. List the nodes.")
     if "GENERATE" in card.parameters:
@@ -242,7 +152,7 @@ def _set_members(card: _Card, sets: dict[str, list[NDArray[np.int64]]], spelled:
     return np.concatenate([np.array(labels, dtype=np.int64), *members])
 
 
-def _generated(card: _Card) -> NDArray[np.int64]:
+def _generated(card: Card) -> NDArray[np.int64]:
     ranges = [np.empty(0, np.int64)]
     for line in card.data:
         words = [word.strip() for word in line.rstrip(", ").split(",")]
@@ -255,7 +165,7 @@ def _generated(card: _Card) -> NDArray[np.int64]:
     return np.concatenate(ranges)
 
 
-def _rigid_body(card: _Card) -> RigidBody:
+def _rigid_body(card: Card) -> RigidBody:
     nodes: list[int | None] = []
     for parameter in ("REF NODE", "ROT NODE"):
         # ccx takes the blank for optional.

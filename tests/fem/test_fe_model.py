@@ -175,3 +175,13 @@ def test_arrays_are_frozen():
     for array in (part.positions, part.dofs, part.node_ids, part.node_sets["LEFT"]):
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 0
+
+
+def test_complex_matrices_and_indices_out_of_range_are_refused():
+    eye = np.eye(9)
+    with pytest.raises(fi.ExportError, match="complex"):
+        fi.FEModel.from_arrays(eye * (1 + 0.01j), eye, np.eye(3), 3)
+    broken = sparse.csr_array(eye)
+    broken.indices[4] = 77
+    with pytest.raises(fi.ExportError, match="K must be"):
+        fi.FEModel.from_arrays(broken, eye, np.eye(3), 3)

@@ -1,0 +1,148 @@
+"""Nastran bulk data: cards in small, large and free field, grid points, and matrices as DMIG."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fem_import.errors import ExportError
+from fem_import.readers.node_table import Nodes
+
+IntArray: TypeAlias = NDArray[np.int64]
+
+_WANTED = ("GRID", "GRDSET", "DMIG", "INCLUDE")
+_REAL = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+))(?:[EeDd]?([+-]?\d+))?$")
+
+
+@dataclass(frozen=True)
+class _Card:
+    name: str
+    fields: list[str]
+    where: str
+
+    def whole(self, place: int, default: int | None = None) -> int:
+        text = self.fields[place].strip() if place < len(self.fields) else ""
+        if not text and default is not None:
+            return default
+        if not re.fullmatch(r"[+-]?\d{1,12}", text):
+            raise ExportError(f"{self.where}, {self.name}: field {place + 2} is {text!r}, expected a whole number.")
+        return int(text)
+
+    def real(self, place: int) -> float:
+        text = self.fields[place].strip() if place < len(self.fields) else ""
+        if not text:
+            return 0.0
+        found = _REAL.match(text)
+        if found is None:
+            raise ExportError(f"{self.where}, {self.name}: field {place + 2} is {text!r}, expected a number.")
+        value = float(f"{found[1]}e{found[2] or 0}")  # 1.5-7 and 1.5D-7 are Nastran's
+        if not np.isfinite(value):
+            raise ExportError(f"{self.where}, {self.name}: field {place + 2} is {text!r}, which is not finite.")
+        return value
+
+
+@dataclass(eq=False)
+class DirectMatrix:
+    """A DMIG: its form (6 symmetric, 1 square), entries by node and component (0: a scalar point), digits."""
+
+    form: int
+    rows: list[tuple[int, int]] = field(default_factory=list)
+    columns: list[tuple[int, int]] = field(default_factory=list)
+    values: list[float] = field(default_factory=list)
+    digits: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class BulkData:
+    """Grid points in global axes (None where there are none) and matrices by name."""
+
+    nodes: Nodes | None
+    matrices: dict[str, DirectMatrix]
+
+
+def parse_bulk(text: str, name: str) -> BulkData:
+    """Parse GRID and DMIG; other cards are passed over. Raises ExportError.
+
+    Format: MSC Nastran Quick Reference Guide, "Bulk data entry", GRID, DMIG.
+    """
+    labels: list[int] = []
+    positions: list[list[float]] = []
+    matrices: dict[str, DirectMatrix] = {}
+    for card in _cards(text, name):
+        if card.name == "INCLUDE":
+            raise ExportError(f"{card.where}: INCLUDE is not followed. Give the file with the GRID cards.")
+        if card.name == "GRDSET" and (card.whole(1, 0) or card.whole(5, 0)):
+            raise ExportError(
+                f"{card.where}: GRDSET sets a local system for all grid points; only the basic one is read."
+            )
+        if card.name == "GRID":
+            label = card.whole(0)
+            for place, what in ((1, "position (CP)"), (5, "displacements (CD)")):
+                if card.whole(place, 0) != 0:
+                    raise ExportError(
+                        f"{card.where}: GRID {label} has its {what} in system {card.whole(place)}; only the basic one "
+                        "(0) is "
+                        "read, as matrices and positions must be in global axes."
+                    )
+            labels.append(label)
+            positions.append([card.real(place) for place in (2, 3, 4)])
+        elif card.name == "DMIG":
+            _take_matrix(card, matrices)
+    nodes = Nodes(np.array(labels, dtype=np.int64), np.array(positions), {}) if labels else None
+    return BulkData(nodes, matrices)
+
+
+def _take_matrix(card: _Card, matrices: dict[str, DirectMatrix]) -> None:
+    name = card.fields[0].strip().upper() if card.fields else ""
+    if card.whole(1) == 0:
+        form, kind = card.whole(2), card.whole(3)
+        if name in matrices:
+            raise ExportError(f"{card.where}: matrix {name} is declared twice.")
+        matrices[name] = DirectMatrix(form if kind in (1, 2) else -kind)
+        return
+    matrix = matrices.get(name)
+    if matrix is None:
+        raise ExportError(f"{card.where}: a column of matrix {name!r} comes before its declaration. Is the file cut?")
+    column = (card.whole(1), card.whole(2, 0))
+    for start in range(4, len(card.fields), 4):
+        if not "".join(card.fields[start : start + 4]).strip():
+            continue
+        matrix.columns.append(column)
+        matrix.rows.append((card.whole(start), card.whole(start + 1, 0)))
+        matrix.values.append(card.real(start + 2))
+        mantissa = _REAL.match(card.fields[start + 2].strip())
+        if mantissa is not None:
+            matrix.digits = max(matrix.digits, len(mantissa[1].lstrip("+-0.").replace(".", "")))
+
+
+def _cards(text: str, name: str) -> Iterator[_Card]:
+    card: _Card | None = None
+    for number, raw in enumerate(text.splitlines(), start=1):
+        line = raw.partition("$")[0].rstrip().expandtabs(8)
+        if not line.strip():
+            continue
+        if card is not None and (line[0] in " *+" or line.startswith(",")):
+            card.fields.extend(_fields(line))
+            continue
+        if card is not None:
+            yield card
+            card = None
+        keyword = re.split(r"[*, ]", line, maxsplit=1)[0].upper()
+        if keyword in _WANTED:
+            card = _Card(keyword, _fields(line), f"{name}, line {number}")
+    if card is not None:
+        yield card
+
+
+def _fields(line: str) -> list[str]:
+    """Return the fields of one line after the first; large fields are 16 wide, four a line."""
+    if "," in line:
+        fields = [part.strip() for part in line.split(",")[1:9]]
+        return fields + [""] * ((4 if "*" in line[:8] else 8) - len(fields))
+    width, count = (16, 4) if "*" in line[:8] else (8, 8)
+    return [line[8 + k * width : 8 + (k + 1) * width] for k in range(count)]

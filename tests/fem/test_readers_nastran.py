@@ -1,0 +1,279 @@
+"""The Nastran readers: real OUTPUT4 and DMIG, our own writers, superelements, damage."""
+
+import gzip
+import re
+
+import numpy as np
+import pytest
+from own_fe import brick_block, euler_beam, frequencies
+from reader_checks import assert_damage_is_answered, assert_same_part, sample
+from scipy import sparse
+
+import fem_import as fi
+from fem_import.readers.nastran_bulk import parse_bulk
+from fem_import.readers.nastran_op4 import parse_op4
+
+BLOCK = brick_block((3, 1, 2), (0.03, 0.01, 0.02))
+BEAM = euler_beam(0.2, 4, 7e10, 2.7e10, 2700.0, 1e-4, 1e-9, 2e-9)
+
+
+def grid_cards(model):
+    cards = ""
+    for label, (x, y, z) in enumerate(model.positions.tolist(), start=1):
+        cards += f"GRID*   {label:16d}{'':16s}{x:16.9E}{y:16.9E}\n*       {z:16.9E}\n"
+    return cards
+
+
+def punch(name, matrix, dofs, digits=10, large=True):
+    """DMIG cards of the lower triangle of a symmetric matrix, in large or small field."""
+    text = f"DMIG    {name:8s}{0:8d}{6:8d}{2:8d}{0:8d}{'':16s}{len(dofs):8d}\n"
+    lower = sparse.csc_array(sparse.tril(matrix))
+    for column in range(lower.shape[1]):
+        node, component = dofs[column]
+        found = slice(lower.indptr[column], lower.indptr[column + 1])
+        terms = [(*dofs[row], value) for row, value in zip(lower.indices[found], lower.data[found], strict=True)]
+        if large:
+            text += f"DMIG*   {name:16s}{node:16d}{component:16d}\n"
+            text += "".join(f"*       {g:16d}{c:16d}{v:16.{digits - 1}E}\n".replace("E", "D") for g, c, v in terms)
+        else:
+            g, c, v = terms[0]
+            text += f"DMIG    {name:8s}{node:8d}{component:8d}{'':8s}{g:8d}{c:8d}{short(v)}\n"
+            text += "".join(f"        {g:8d}{c:8d}{short(v)}\n" for g, c, v in terms[1:])
+    return text
+
+
+def short(value):
+    """Nastran's 8 characters: 1.23-4 for 1.23e-4."""
+    for digits in range(5, -1, -1):
+        mantissa, exponent = f"{value:.{digits}e}".split("e")
+        text = f"{mantissa}{int(exponent):+d}"
+        if len(text) <= 8:
+            return f"{text:>8s}"
+    raise AssertionError(value)
+
+
+def write_op4_binary(path, matrices, order="<", single=False, strings=True, big=False):
+    with path.open("wb") as stream:
+
+        def record(*parts):
+            body = b"".join(np.asarray(part).tobytes() for part in parts)
+            mark = np.array([len(body)], order + "i4").tobytes()
+            stream.write(mark + body + mark)
+
+        real, per_value = (order + "f4", 1) if single else (order + "f8", 2)
+        for name, matrix in matrices.items():
+            dense = matrix.toarray()
+            n = len(dense)
+            kind = 1 if single else 2
+            record(np.array([n, -n if big else n, 6, kind], order + "i4"), np.frombuffer(f"{name:8s}".encode(), "u1"))
+            for column in range(n):
+                rows = np.flatnonzero(dense[:, column])
+                if not len(rows):
+                    continue
+                if not strings:
+                    values = dense[rows[0] : rows[-1] + 1, column].astype(real)
+                    head = [column + 1, rows[0] + 1, per_value * len(values)]
+                    record(np.array(head, order + "i4"), values)
+                    continue
+                parts, n_words = [], 0
+                for run in np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1):
+                    length = per_value * len(run)
+                    head = [length + 1, run[0] + 1] if big else [(length + 1) * 65536 + run[0] + 1]
+                    parts += [np.array(head, order + "i4"), dense[run, column].astype(real)]
+                    n_words += length + len(head)
+                record(np.array([column + 1, 0, n_words], order + "i4"), *parts)
+            record(np.array([n + 1, 1, per_value], order + "i4"), np.ones(1, real))
+
+
+def six_each(model):
+    """The block as Nastran has it: six rows a grid point, the rotations of solids empty."""
+    n = len(model.positions)
+    rows = (6 * np.arange(n)[:, None] + np.arange(3)).ravel()
+    grow = sparse.csr_array((np.ones(3 * n), (rows, np.arange(3 * n))), shape=(6 * n, 3 * n))
+    return {"KGG": grow @ model.K @ grow.T, "MGG": grow @ model.M @ grow.T}
+
+
+@pytest.mark.parametrize("layout", [{}, {"strings": False}, {"big": True}, {"order": ">"}])
+def test_output4_binary_with_bulk_data(tmp_path, layout):
+    write_op4_binary(tmp_path / "part.op4", six_each(BLOCK), **layout)
+    (tmp_path / "part.bdf").write_text("CEND\nBEGIN BULK\n" + grid_cards(BLOCK) + "ENDDATA\n")
+    part = fi.read(tmp_path / "part.op4", units="SI", bulk=tmp_path / "part.bdf", node_sets=BLOCK.node_sets)
+    assert_same_part(part, BLOCK)
+    assert part.digits is None
+    (tmp_path / "part.op4.gz").write_bytes(gzip.compress((tmp_path / "part.op4").read_bytes()))
+    assert_same_part(fi.read(tmp_path / "part.op4.gz", units="SI", bulk=tmp_path / "part.bdf"), BLOCK)
+
+
+def test_output4_of_another_writer(tmp_path):
+    op4 = pytest.importorskip("pyyeti.nastran.op4", reason="an independent writer; pip install pyyeti")
+    matrix = BLOCK.K.toarray() / 1e6
+    for binary in (True, False):
+        for layout in ("dense", "bigmat", "nonbigmat"):
+            path = tmp_path / f"{layout}{binary}.op4"
+            op4.write(str(path), {"KGG": matrix}, sparse=layout, binary=binary)
+            found = parse_op4(path.read_bytes(), path.name)["KGG"]
+            read = np.zeros_like(matrix)
+            read[found.rows, found.columns] = found.values
+            np.testing.assert_allclose(read, matrix, rtol=1e-15)
+
+
+def test_plate_of_nastran():
+    eigenvalues = {}
+    for name in ("testplate_kgg.op4", "testplate_kgg_ascii.op4"):
+        found = parse_op4(sample("nastran", name).read_bytes(), name)["KGG"]
+        K = np.zeros((726, 726))
+        K[found.rows, found.columns] = found.values
+        np.testing.assert_array_equal(K, K.T)
+        eigenvalues[name] = np.linalg.eigvalsh(K)
+        assert np.count_nonzero(abs(eigenvalues[name]) < 1e-3 * eigenvalues[name][6]) == 6
+        assert found.digits == (10 if "ascii" in name else None)
+    np.testing.assert_allclose(*[values[6:] for values in eigenvalues.values()], rtol=1e-5)
+
+
+def test_output4_samples_of_all_kinds():
+    """The same matrices in text and binary: dense, sparse, single, double, complex, empty."""
+    text, binary = (parse_op4(sample("nastran", n).read_bytes(), n) for n in ("mat_t_s1.op4", "mat_b_s1.op4"))
+    assert set(text) == set(binary) >= {"EYE10", "LOW", "NULL", "RND1CS", "RND1RD", "STRINGS"}
+    for name, found in text.items():
+        other = binary[name]
+        assert (found.size, found.is_complex) == (other.size, other.is_complex)
+        read = [sparse.coo_array((m.values, (m.rows, m.columns)), shape=(50, 50)).toarray() for m in (found, other)]
+        np.testing.assert_allclose(*read, rtol=1e-6)
+    np.testing.assert_array_equal(text["EYE10"].values, np.ones(10))
+
+
+def test_dmig_samples():
+    found = parse_bulk(sample("nastran", "dmig.pch").read_text(), "dmig.pch").matrices
+    assert {"KAAX", "MAAX", "BAAX"} <= set(found)
+    assert found["KAAX"].form == 6
+    assert (found["KAAX"].columns[0], found["KAAX"].rows[0], found["KAAX"].values[0]) == ((101, 1), (101, 1), 155.6)
+    assert found["KAAX"].digits == 10
+    with pytest.raises(fi.ExportError, match=r"holds no mass matrix"):
+        fi.read(sample("nastran", "dmig_sparse.pch"), units="SI")
+
+
+def write_punch(folder, model, **how):
+    folder.mkdir(exist_ok=True)
+    path = folder / "part.pch"
+    dofs = np.asarray(model.dofs).tolist()
+    path.write_text(
+        "".join(punch(n, m, dofs, **how) for n, m in (("KAAX", model.K), ("MAAX", model.M))) + grid_cards(model)
+    )
+    return path
+
+
+def test_punch_in_large_field_warns_of_ten_digits(tmp_path):
+    path = write_punch(tmp_path / "p", BLOCK)
+    with pytest.warns(fi.ExportWarning, match="10 digits") as caught:
+        part = fi.read(path, units="SI")
+    assert caught[0].filename == __file__
+    assert part.digits == 10
+    assert_same_part(part, BLOCK, digits=9)
+
+
+def test_punch_in_small_field(tmp_path):
+    with pytest.warns(fi.ExportWarning, match="digits"):
+        part = fi.read_nastran(write_punch(tmp_path / "p", BLOCK, large=False), units="SI")
+    np.testing.assert_allclose(part.K.diagonal(), BLOCK.K.diagonal(), rtol=1e-3)
+
+
+def test_free_field_cards():
+    text = "$ comment\nGRID,7,,1.,2.-1,3.0D0\nGRID           8             1.5     0.    -2.+1\nGRID,9\n"
+    nodes = parse_bulk(text, "x.bdf").nodes
+    np.testing.assert_array_equal(nodes.labels, [7, 8, 9])
+    np.testing.assert_allclose(nodes.positions, [[1, 0.2, 3], [1.5, 0, -20], [0, 0, 0]])
+
+
+@pytest.fixture
+def superelement(tmp_path):
+    body = fi.reduce(fi.FEModel.from_arrays(**BEAM.arrays), {"root": "ROOT", "tip": "TIP"}, 3e4)
+    n_modes = len(body.frequencies)
+    dofs = [(node, c) for node in (1, 5) for c in range(1, 7)] + [(90001 + k, 0) for k in range(n_modes)]
+    matrices = {"KAAX": sparse.csr_array(body.K), "MAAX": sparse.csr_array(body.M)}
+    (tmp_path / "se").mkdir()
+    path = tmp_path / "se" / "se.pch"
+    path.write_text("".join(punch(name, m, dofs) for name, m in matrices.items()) + grid_cards(BEAM))
+    write_op4_binary(path.with_suffix(".op4"), matrices)
+    return body, path
+
+
+def test_external_superelement_becomes_a_reduced_body(superelement):
+    body, path = superelement
+    interfaces = {"root": 1, "tip": 5}
+    exact = fi.read_nastran_superelement(
+        path.with_suffix(".op4"), interfaces, units="SI", positions={1: (0, 0, 0), 5: (0.2, 0, 0)}
+    )
+    np.testing.assert_array_equal(exact.K, body.K)
+    assert exact.mass == pytest.approx(2700 * 1e-4 * 0.2, rel=1e-9)
+    with pytest.warns(fi.ExportWarning) as caught:
+        punched = fi.read_nastran_superelement(path, interfaces, units="SI")
+    assert any("10 digits" in str(item.message) for item in caught)
+    np.testing.assert_allclose(punched.K, body.K, rtol=1e-8, atol=1e-8 * body.K.max())
+    np.testing.assert_allclose(frequencies(punched.K, punched.M)[6:], frequencies(body.K, body.M)[6:], rtol=1e-6)
+    with pytest.raises(fi.ExportError, match=r"fi\.read_nastran_superelement"):
+        fi.read(path, units="SI")
+    with (
+        pytest.warns(fi.ExportWarning, match="10 digits"),
+        pytest.raises(fi.InterfaceError, match="node 5 is retained and is no interface"),
+    ):
+        fi.read_nastran_superelement(path, {"root": 1}, units="SI")
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda t: t.replace("MAAX", "LAAX"), "no mass matrix"),
+        (lambda t: t + "GRID,3,,0.,0.,0.\n", "occurs 2 times"),
+        (lambda t: t.replace("GRID*", "GRAD*"), "no GRID cards"),
+        (lambda t: re.sub(r"(GRID\* +3)" + " " * 16, r"\1" + f"{7:16d}", t), "GRID 3 has its position"),
+        (lambda t: t.replace("DMIG    MAAX", "DMIG    NAAX", 1), "before its declaration"),
+        (lambda t: re.sub(r"\d\.\d{9}D", "1.0000000x0D", t, count=1), "expected a number"),
+        (lambda t: t.replace("KAAX           0       6", "KAAX           0       9"), "no stiffness matrix"),
+        (lambda t: t[:-4], "within a line"),
+        (lambda t: t.replace("KAAX", "K2AX", 1), "before its declaration"),
+        (lambda t: t.replace("MAAX", "KBBX"), "say which is the stiffness"),
+    ],
+)
+def test_damaged_punch_files_are_refused(tmp_path, change, words):
+    path = write_punch(tmp_path / "p", BLOCK)
+    path.write_text(change(path.read_text()))
+    with pytest.raises((fi.ExportError, fi.MissingFileError), match=words):
+        fi.read(path, units="SI")
+
+
+def test_output4_needs_its_rows_and_units(tmp_path):
+    path = tmp_path / "part.op4"
+    write_op4_binary(path, six_each(BLOCK))
+    with pytest.raises(fi.ExportError, match="Give bulk="):
+        fi.read(path, units="SI")
+    with pytest.raises(fi.ExportError, match="Give units="):
+        fi.read(path)
+    with pytest.raises(fi.ExportError, match=r"no matrix 'KGGG'.*Did you mean 'KGG'"):
+        fi.read(path, units="SI", names={"K": "KGGG"})
+    path.write_bytes(path.read_bytes()[:-40])
+    with pytest.raises(fi.ExportError, match="truncated"):
+        fi.read(path, units="SI")
+
+
+def test_damage_never_gives_another_exception(tmp_path, superelement):
+    punched = write_punch(tmp_path / "p", BLOCK)
+    assert_damage_is_answered(punched.parent, lambda: fi.read(punched, units="SI"), range(100))
+    _, path = superelement
+    path.unlink()
+    positions = {1: (0, 0, 0), 5: (0.2, 0, 0)}
+    assert_damage_is_answered(
+        path.parent,
+        lambda: fi.read_nastran_superelement(
+            path.with_suffix(".op4"), {"root": 1, "tip": 5}, units="SI", positions=positions
+        ),
+        range(150),
+    )
+
+
+def test_damage_of_text_output4_never_gives_another_exception(tmp_path):
+    content = sample("nastran", "testplate_kgg_ascii.op4").read_bytes()[:60_000]
+    path = tmp_path / "plate.op4"
+    path.write_bytes(content[: content.rfind(b"\n") + 1])
+    bulk = tmp_path / "plate.bdf"
+    bulk.write_text("GRID,1\n")
+    assert_damage_is_answered(tmp_path, lambda: fi.read(path, units="SI", bulk=bulk), range(60))
