@@ -74,7 +74,7 @@ class Part:
 def block(divisions: tuple[int, int, int]) -> Part:
     """Return a chunky block of 60 x 50 x 40 mm, held at its x faces."""
     cells = _cells(divisions)
-    return _part("block", cells, divisions, np.array([0.06, 0.05, 0.04]), 108e3)
+    return _part("block", cells, divisions, np.array([0.06, 0.05, 0.04]), 78.2e3)
 
 
 def flexure(in_plane: int, thickness: int) -> Part:
@@ -87,7 +87,7 @@ def flexure(in_plane: int, thickness: int) -> Part:
     x, z = cells[:, 0], cells[:, 2]
     leaf = (z >= 2 * thickness) & (z < 3 * thickness)
     kept = (x < in_plane) | (x >= 6 * in_plane) | leaf
-    return _part("flexure", cells[kept], divisions, np.array([0.056, 0.04, 0.01]), 54e3)
+    return _part("flexure", cells[kept], divisions, np.array([0.056, 0.04, 0.01]), 72e3)
 
 
 def element_matrices(corners: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -97,12 +97,15 @@ class _Basis:
         self._chunks: list[FloatArray] = []
 
     def append(self, block: FloatArray) -> None:
-        for column in range(0, block.shape[1]):
+        taken = 0
+        while taken < block.shape[1]:
             place = self.size % _COLUMNS_OF_A_CHUNK
             if place == 0:
                 self._chunks.append(np.empty((self._n, _COLUMNS_OF_A_CHUNK), order="F"))
-            self._chunks[-1][:, place] = block[:, column]
-            self.size += 1
+            count = min(_COLUMNS_OF_A_CHUNK - place, block.shape[1] - taken)
+            self._chunks[-1][:, place : place + count] = block[:, taken : taken + count]
+            taken += count
+            self.size += count
 
     def coefficients(self, mass_block: FloatArray) -> FloatArray:
         parts = [chunk.T @ mass_block for chunk in self._used()]

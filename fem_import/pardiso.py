@@ -6,6 +6,7 @@ hands over the matrix without copying or comparing it, and uses the symmetric ma
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import functools
 import glob
@@ -31,7 +32,7 @@ INDEFINITE: Final = -2
 _ANALYSE, _FACTOR, _SOLVE, _RELEASE = 11, 22, 33, -1
 # Places in PARDISO's table of settings, counted from 0.
 _OWN_VALUES, _ORDERING, _GIVEN_ORDER, _PERTURBATION = 0, 1, 4, 9
-_FACTOR_ENTRIES, _BUNCH_KAUFMAN, _N_NEGATIVE, _BAD_PIVOT, _FROM_ZERO = 17, 20, 22, 29, 34
+_FACTOR_ENTRIES, _BUNCH_KAUFMAN, _N_NEGATIVE, _FROM_ZERO = 17, 20, 22, 34
 _PARDISO_METIS = 2
 _MOST_ENTRIES_OF_32_BITS = 500_000_000  # in the factor; the manual asks for 64-bit indices beyond
 
@@ -52,12 +53,11 @@ _ERRORS = {
 
 
 class PardisoError(Exception):
-    """PARDISO's error, in words; `code` is its number, `row` where the pivot failed or None."""
+    """PARDISO's error, in words; `code` is its number."""
 
-    def __init__(self, code: int, row: int | None) -> None:
-        self.code, self.row = code, row
-        where = "" if row is None else f" in row {row}"
-        super().__init__(f"PARDISO ({code}): {_ERRORS.get(code, 'an unknown error')}{where}")
+    def __init__(self, code: int) -> None:
+        self.code = code
+        super().__init__(f"PARDISO ({code}): {_ERRORS.get(code, 'an unknown error')}")
 
 
 class PardisoFactor:
@@ -87,7 +87,7 @@ class PardisoFactor:
         try:
             self._start(order, np.dtype(np.int64 if wide else np.int32))
             if not wide and not 0 <= self._settings[_FACTOR_ENTRIES] <= _MOST_ENTRIES_OF_32_BITS:
-                raise PardisoError(-8, None)
+                raise PardisoError(-8)
         except PardisoError as error:
             if wide or error.code != -8:
                 raise
@@ -151,8 +151,7 @@ class PardisoFactor:
                 "mesh away from the interfaces."
             )
         if code:
-            row = int(self._settings[_BAD_PIVOT]) - 1 if code == -4 else None
-            raise PardisoError(code, row)
+            raise PardisoError(code)
 
 
 def is_available() -> bool:
@@ -166,7 +165,9 @@ def version() -> str:
     text = ctypes.create_string_buffer(200)
     _library().mkl_get_version_string(text, 200)
     words = text.value.decode(errors="replace").split()
-    return words[words.index("Version") + 1] if "Version" in words[:-1] else "of unknown version"
+    return (
+        words[words.index("Version") + 1].removesuffix("-Product") if "Version" in words[:-1] else "of unknown version"
+    )
 
 
 def n_threads() -> int:
@@ -182,8 +183,18 @@ def _library() -> Any:
         except OSError:
             continue
         if hasattr(library, "pardiso") and hasattr(library, "pardiso_64"):
+            _let_idle_threads_sleep(os.path.dirname(path))
             return library
     return None
+
+
+def _let_idle_threads_sleep(folder: str) -> None:
+    """Stop MKL's threads from spinning 0.2 s after each call, which slows what numpy does next by up to half."""
+    if "KMP_BLOCKTIME" in os.environ:
+        return
+    for name in ("libiomp5.so", "libiomp5md.dll"):
+        with contextlib.suppress(OSError, AttributeError):
+            ctypes.CDLL(os.path.join(folder, name)).kmp_set_blocktime(0)
 
 
 def _candidates() -> list[str]:
