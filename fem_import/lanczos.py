@@ -95,6 +95,7 @@ class _Basis:
     def __init__(self, n: int) -> None:
         self._n, self.size = n, 0
         self._chunks: list[FloatArray] = []
+        self._work = np.empty((n, _BLOCK))  # fresh memory for each product costs as much as the product
 
     def append(self, block: FloatArray) -> None:
         taken = 0
@@ -125,8 +126,14 @@ class _Basis:
         first = 0
         for chunk in self._used():
             last = first + chunk.shape[1]
-            block += chunk @ coefficients[first:last]
+            block += self.product(chunk, coefficients[first:last])
             first = last
+
+    def product(self, block: FloatArray, coefficients: FloatArray) -> FloatArray:
+        """Return block @ coefficients; if that has the size of a block, it is good until the next product."""
+        if coefficients.shape[1] != _BLOCK:
+            return np.asarray(block @ coefficients)
+        return np.matmul(block, coefficients, out=self._work)
 
     def _used(self) -> list[FloatArray]:
         last = self.size - _COLUMNS_OF_A_CHUNK * (len(self._chunks) - 1)
@@ -156,7 +163,7 @@ def _next_block(
     last = basis.size
     for block in reversed(recent):
         part = block.T @ mass_images
-        images -= block @ part
+        images -= basis.product(block, part)
         column[last - block.shape[1] : last] = part
         last -= block.shape[1]
     for _ in range(3):
