@@ -27,8 +27,8 @@ def frequency_errors(modes: ComponentModes, frequencies: ArrayLike, shapes: Arra
     Returns
     -------
     ndarray
-        df/f (k,), as the missing interior modes would lower each frequency. Good to some ten per cent up to
-        0.65 of the frequency at which the basis ends, too low above.
+        df/f (k,), as the missing interior modes would lower each frequency. Measured 0.86 to 1 of the true error
+        up to half of the frequency at which the basis ends, 0.8 at 0.65 of it, too low above.
 
     Notes
     -----

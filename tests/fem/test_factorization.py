@@ -148,7 +148,7 @@ def test_blocks_of_sparse_matrices(monkeypatch):
 @pytest.mark.parametrize("inertia_vectors", [True, False])
 @pytest.mark.parametrize("tie", ["rigid", "average"])
 def test_the_error_estimate_is_the_error(tie, inertia_vectors):
-    """df/f of a free part against its full model, up to 0.65 of where the basis ends."""
+    """df/f of a free part against its full model, up to half of where the basis ends."""
     block = brick_block((9, 4, 3), (0.09, 0.03, 0.02))
     part = fi.FEModel.from_arrays(**block.arrays)
     tied = tie_interfaces(part, ENDS, tie)
@@ -160,9 +160,9 @@ def test_the_error_estimate_is_the_error(tie, inertia_vectors):
         inner = ~np.isin(block.dofs[:, 0], np.concatenate(list(block.node_sets.values())))
         L = np.hstack([L[:, inner], modes.basis[:, :12]])
     full = frequencies(L.T @ block.K @ L, L.T @ block.M @ L)[6:]
-    judged = reduced < 0.65 * 90e3
+    judged = reduced < 0.5 * 90e3
     judged &= reduced / full[: len(reduced)] - 1 > 1e-9  # smaller ones are rounding of the dense solution
     assert np.count_nonzero(judged) >= 4
     estimate = frequency_errors(modes, reduced, shapes[:, 6:])[judged]
     true = (reduced / full[: len(reduced)] - 1)[judged]
-    np.testing.assert_allclose(estimate, true, rtol=0.2)
+    np.testing.assert_allclose(estimate, true, rtol=0.15)
