@@ -16,6 +16,7 @@ from fem_import.interior import Interior
 from fem_import.lanczos import lowest_modes
 from fem_import.rigid_motion import rigid_motion_at
 from fem_import.sparse_blocks import RowParallel
+from fem_import.threads import one_blas_thread
 
 FloatArray: TypeAlias = NDArray[np.float64]
 
@@ -67,6 +68,17 @@ def craig_bampton(
     digits leave K R of some 1e-13 of K, which puts rigid-body modes at a fraction of a hertz, and this takes
     it out: K R = 0 and R^T M R keeps mass and inertia to rounding.
     """
+    with one_blas_thread():
+        return _craig_bampton(part, interfaces, max_frequency, is_free, inertia_vectors)
+
+
+def _craig_bampton(
+    part: FEModel,
+    interfaces: tuple[TiedInterface, ...],
+    max_frequency: float,
+    is_free: bool,
+    inertia_vectors: bool,
+) -> ComponentModes:
     interior = Interior(part, interfaces, is_free)
     constraint = _constraint_modes(part, interfaces, interior, is_free)
     mass, stiffness = RowParallel(part.M), RowParallel(part.K)

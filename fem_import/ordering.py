@@ -16,7 +16,7 @@ from scipy import sparse
 try:
     import pymetis
 except ImportError:  # no wheel on this platform: the solver then orders by its own means
-    pymetis = None
+    pymetis = None  # type: ignore[assignment]  # a module elsewhere
 
 IntArray: TypeAlias = NDArray[np.int64]
 SparseMatrix: TypeAlias = "sparse.csr_array[Any, tuple[int, int]]"

@@ -21,13 +21,17 @@ def n_threads() -> int:
 
 
 def one_blas_thread() -> AbstractContextManager[object]:
-    """Return a context in which BLAS and LAPACK run on one thread.
+    """Return a context in which numpy's and scipy's OpenBLAS run on one thread; PARDISO keeps its own.
 
-    An eigenproblem of order 200 takes 2.5 ms on one thread; shared with a busy core it was measured at 400.
+    The dense work here is an eigenproblem of order 200, 2.5 ms on one thread, and products of tall, narrow
+    blocks, which memory limits. On more threads that wait for each other both gain little, and lose much when
+    a core is busy: the eigenproblem was measured at 400 ms, a whole reduction at twice its time.
     """
-    return _blas().limit(limits=1, user_api="blas")
+    limited: AbstractContextManager[object] = _openblas().limit(limits=1)
+    return limited
 
 
 @functools.cache
-def _blas() -> ThreadpoolController:
-    return ThreadpoolController()  # it searches the loaded libraries, which takes longer than the eigenproblem
+def _openblas() -> ThreadpoolController:
+    # Kept, as searching the loaded libraries takes longer than the eigenproblem.
+    return ThreadpoolController().select(internal_api="openblas")
