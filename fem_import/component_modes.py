@@ -15,10 +15,13 @@ from fem_import.interfaces import TiedInterface
 from fem_import.interior import Interior
 from fem_import.lanczos import lowest_modes
 from fem_import.rigid_motion import rigid_motion_at
+from fem_import.sparse_blocks import RowParallel
+from fem_import.threads import one_blas_thread
 
 FloatArray: TypeAlias = NDArray[np.float64]
 
 _NEW_DIRECTION = 1e-6  # of an inertia vector's size: what is left over of it beyond modes and the others
+_COLUMNS_AT_ONCE = 12
 _DEGENERATE = 1e-9  # relative distance of eigenvalues that are one to rounding
 
 
@@ -29,7 +32,8 @@ class ComponentModes:
     basis (N, n): columns are the six constraint modes of each interface, then the interior modes; M, K (n,
     n), C (n, n) or None; mass_times_basis (N, n); frequencies of the interior modes [Hz], K's interior block
     is (2 pi f)^2 and M's is 1; n_below: fixed-interface modes below the cut-off; next_frequency: the first
-    fixed-interface mode above it [Hz], None if there is none; solver: what factored.
+    fixed-interface mode above it [Hz], None if there is none; solver: what factored; dynamic_compliance (n, n):
+    (M Psi)_i^T K_ii^-1 (M Psi)_i, from which `frequency_errors` estimates what the missing modes would change.
     """
 
     basis: FloatArray
@@ -41,6 +45,7 @@ class ComponentModes:
     n_below: int
     next_frequency: float | None
     solver: str
+    dynamic_compliance: FloatArray
 
 
 def craig_bampton(
@@ -63,9 +68,22 @@ def craig_bampton(
     digits leave K R of some 1e-13 of K, which puts rigid-body modes at a fraction of a hertz, and this takes
     it out: K R = 0 and R^T M R keeps mass and inertia to rounding.
     """
+    with one_blas_thread():
+        return _craig_bampton(part, interfaces, max_frequency, is_free, inertia_vectors)
+
+
+def _craig_bampton(
+    part: FEModel,
+    interfaces: tuple[TiedInterface, ...],
+    max_frequency: float,
+    is_free: bool,
+    inertia_vectors: bool,
+) -> ComponentModes:
     interior = Interior(part, interfaces, is_free)
     constraint = _constraint_modes(part, interfaces, interior, is_free)
-    mass_constraint = part.M @ constraint
+    mass, stiffness = RowParallel(part.M), RowParallel(part.K)
+    mass_constraint = mass @ constraint
+    corrections = interior.solve(mass_constraint[interior.rows])
 
     cutoff = (2.0 * np.pi * max_frequency) ** 2
     eigenvalues, modes = lowest_modes(
@@ -75,26 +93,35 @@ def craig_bampton(
     next_frequency = float(np.sqrt(eigenvalues[n_below])) / (2.0 * np.pi) if n_below < len(eigenvalues) else None
     inner = modes[:, :n_below]
     if inertia_vectors:
-        corrections = interior.solve(mass_constraint[interior.rows])
         inner = np.hstack([inner, _new_directions(corrections, inner, interior)])
-    inner, eigenvalues = _diagonal(inner, interior)
-    inner = _reproducible(inner, eigenvalues)
+    del modes
 
-    basis = np.zeros((len(part.dofs), constraint.shape[1] + inner.shape[1]), order="F")
-    basis[:, : constraint.shape[1]] = constraint
-    basis[interior.rows, constraint.shape[1] :] = inner
-    mass_times_basis = np.asfortranarray(part.M @ basis)
+    n_frames = constraint.shape[1]
+    basis = np.zeros((len(part.dofs), n_frames + inner.shape[1]), order="F")
+    basis[:, :n_frames] = constraint
+    basis[interior.rows, n_frames:] = inner
+    del inner
+    mass_times_basis = np.empty_like(basis, order="F")
+    mass_times_basis[:, :n_frames] = mass_constraint
+    mass_times_basis[:, n_frames:] = mass @ basis[:, n_frames:]
+    dynamic = _dynamic_compliance(interior, corrections, mass_times_basis, eigenvalues[:n_below])
+    rotation, eigenvalues = _diagonal(basis[:, n_frames:], mass_times_basis[:, n_frames:], stiffness)
+    rotation = rotation @ _reproducible_axes(basis[:, n_frames:] @ rotation, eigenvalues)
+    for columns in (basis[:, n_frames:], mass_times_basis[:, n_frames:]):
+        columns[:] = columns @ rotation
+    turn = linalg.block_diag(np.eye(n_frames), rotation)
     C = None if part.C is None else _symmetric(basis.T @ (part.C @ basis))
     return ComponentModes(
         basis=basis,
-        M=_reduced_mass(basis, mass_times_basis, constraint.shape[1]),
-        K=_reduced_stiffness(part, interfaces, constraint, eigenvalues, is_free),
+        M=_reduced_mass(basis, mass_times_basis, n_frames),
+        K=_reduced_stiffness(stiffness, interfaces, constraint, eigenvalues, is_free),
         C=C,
         mass_times_basis=mass_times_basis,
         frequencies=np.sqrt(eigenvalues) / (2.0 * np.pi),
         n_below=n_below,
         next_frequency=next_frequency,
         solver=interior.solver,
+        dynamic_compliance=_symmetric(turn.T @ dynamic @ turn),
     )
 
 
@@ -112,10 +139,14 @@ def _constraint_modes(
         else:
             averages[average : average + 6, columns] = np.eye(6)
             average += 6
-    solved = slice(6, None) if is_free else slice(None)
-    loads = -(part.K @ modes[:, solved])[interior.rows]
-    # At the interior rows `modes` is still zero, so the load is -K_ib T.
-    modes[interior.rows, solved] = interior.solve(loads, averages[:, solved])
+    solved = slice(6 if is_free else 0, None)
+    loads = np.zeros_like(modes[:, solved])
+    for index, interface in enumerate(interfaces):
+        if interface.tie == "rigid" and not (is_free and index == 0):
+            # The tied rows of the symmetric K are its columns: -K_ib T without a product over all of K.
+            of_frame = part.K[interface.rows].T @ interface.matrix
+            loads[:, 6 * index - solved.start : 6 * index - solved.start + 6] = -of_frame
+    modes[interior.rows, solved] = interior.solve(loads[interior.rows], averages[:, solved])
     if is_free:
         first = interfaces[0].position
         modes[:, :6] = part.rigid_body_motion(first)
@@ -141,12 +172,31 @@ def _new_directions(vectors: FloatArray, modes: FloatArray, interior: Interior) 
     return np.asarray(vectors @ (directions[:, kept] / np.sqrt(values[kept])))
 
 
-def _diagonal(inner: FloatArray, interior: Interior) -> tuple[FloatArray, FloatArray]:
-    """Rotate the interior vectors so that M is 1 and K diagonal; return them with the eigenvalues."""
+def _dynamic_compliance(
+    interior: Interior, corrections: FloatArray, mass_times_basis: FloatArray, eigenvalues: FloatArray
+) -> FloatArray:
+    """Return (M Psi)_i^T K_ii^-1 (M Psi)_i with one solve for the inertia vectors in the basis alone.
+
+    corrections: K_ii^-1 (M Psi_c)_i. The eigenmodes, next in the basis, are orthogonal to what follows, and
+    K_ii^-1 M takes them to themselves over their eigenvalues.
+    """
+    n_frames, n_known = corrections.shape[1], corrections.shape[1] + len(eigenvalues)
+    size = mass_times_basis.shape[1]
+    dynamic = np.zeros((size, size))
+    dynamic[:n_frames] = corrections.T @ mass_times_basis[interior.rows]
+    dynamic[:, :n_frames] = dynamic[:n_frames].T
+    dynamic[range(n_frames, n_known), range(n_frames, n_known)] = 1.0 / eigenvalues
+    loads = mass_times_basis[interior.rows, n_known:]
+    dynamic[n_known:, n_known:] = loads.T @ interior.solve(loads)
+    return _symmetric(dynamic)
+
+
+def _diagonal(inner: FloatArray, mass_times_inner: FloatArray, K: RowParallel) -> tuple[FloatArray, FloatArray]:
+    """Return the rotation of the interior vectors that makes M 1 and K diagonal, with the eigenvalues."""
     if inner.shape[1] == 0:
-        return inner, np.empty(0)
-    stiffness = _symmetric(inner.T @ (interior.K @ inner))
-    mass = _symmetric(inner.T @ (interior.M @ inner))
+        return np.empty((0, 0)), np.empty(0)
+    stiffness = _symmetric(_energy(K, inner))
+    mass = _symmetric(inner.T @ mass_times_inner)
     eigenvalues, rotation = linalg.eigh(stiffness, mass)
     if eigenvalues[0] <= 0.0:
         raise ReductionError(
@@ -155,30 +205,40 @@ def _diagonal(inner: FloatArray, interior: Interior) -> tuple[FloatArray, FloatA
             "exported K is not positive definite there. Too few printed digits, or a preload that buckles "
             "the part?"
         )
-    return inner @ rotation, eigenvalues
+    return rotation, eigenvalues
 
 
-def _reproducible(modes: FloatArray, eigenvalues: FloatArray) -> FloatArray:
-    """Fix the rotation inside clusters of equal eigenvalues and the sign of every mode.
+def _energy(K: RowParallel, vectors: FloatArray) -> FloatArray:
+    """Return V^T K V, a few columns at a time: K V beside V would double the memory."""
+    return np.hstack(
+        [
+            vectors.T @ (K @ vectors[:, first : first + _COLUMNS_AT_ONCE])
+            for first in range(0, vectors.shape[1], _COLUMNS_AT_ONCE)
+        ]
+    )
+
+
+def _reproducible_axes(modes: FloatArray, eigenvalues: FloatArray) -> FloatArray:
+    """Return the rotation (k, k) that fixes the axes in clusters of equal eigenvalues and the sign of every mode.
 
     Within a cluster of m modes, m rows are picked by pivoted QR and the modes made triangular on them: the
     same axes whatever the solver returned. The sign makes the first entry near the largest one positive.
     """
-    modes = modes.copy()
+    axes = np.eye(len(eigenvalues))
     start = 0
     for end in range(1, len(eigenvalues) + 1):
         if end < len(eigenvalues) and eigenvalues[end] - eigenvalues[end - 1] < _DEGENERATE * eigenvalues[end]:
             continue
         if end - start > 1:
-            cluster = modes[:, start:end]
-            rotation, _, _ = linalg.qr(cluster.T, mode="economic", pivoting=True)
-            modes[:, start:end] = cluster @ rotation
+            rotation, _, _ = linalg.qr(modes[:, start:end].T, mode="economic", pivoting=True)
+            axes[start:end, start:end] = rotation
         start = end
-    for column in modes.T:
+    for index in range(len(eigenvalues)):
+        column = modes @ axes[:, index]
         leading = int(np.argmax(abs(column) >= 0.9 * abs(column).max()))
         if column[leading] < 0.0:
-            column *= -1.0
-    return modes
+            axes[:, index] *= -1.0
+    return axes
 
 
 def _reduced_mass(basis: FloatArray, mass_times_basis: FloatArray, n_frames: int) -> FloatArray:
@@ -188,7 +248,7 @@ def _reduced_mass(basis: FloatArray, mass_times_basis: FloatArray, n_frames: int
 
 
 def _reduced_stiffness(
-    part: FEModel,
+    K: RowParallel,
     interfaces: tuple[TiedInterface, ...],
     constraint: FloatArray,
     eigenvalues: FloatArray,
@@ -203,9 +263,9 @@ def _reduced_stiffness(
         )
         for index, interface in enumerate(interfaces[1:]):
             relative[6 * index : 6 * index + 6, :6] = -rigid_motion_at(interface.position, interfaces[0].position)
-        frames = relative.T @ _symmetric(others.T @ (part.K @ others)) @ relative
+        frames = relative.T @ _symmetric(others.T @ (K @ others)) @ relative
     else:
-        frames = constraint.T @ (part.K @ constraint)
+        frames = constraint.T @ (K @ constraint)
     stiffness[:n_frames, :n_frames] = _symmetric(frames)
     stiffness[range(n_frames, len(stiffness)), range(n_frames, len(stiffness))] = eigenvalues
     return stiffness

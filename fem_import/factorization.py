@@ -1,12 +1,11 @@
 """The sparse direct solver, chosen once for the whole package.
 
-Today it is SuperLU of scipy with a fill-reducing ordering of the symmetric pattern; PARDISO with a METIS
-ordering is to come and has its place here.
+PARDISO of MKL where the `mkl` wheel is installed (x86-64 Linux and Windows), SuperLU of scipy elsewhere; both
+with the nested-dissection order of `ordering` where pymetis is installed. `Factorization.solver` says which.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -14,84 +13,141 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.sparse import linalg as sparse_linalg
 
+from fem_import import ordering, pardiso
 from fem_import.errors import ReductionError
+from fem_import.pardiso import PardisoError, PardisoFactor
+from fem_import.superlu import SuperLUFactor
 
 FloatArray: TypeAlias = NDArray[np.float64]
+IntArray: TypeAlias = NDArray[np.int64]
+SparseMatrix: TypeAlias = "sparse.csr_array[Any, tuple[int, int]]"
 
 _GROWTH_LIMIT = 1e13  # of the diagonally scaled matrix: beyond, fewer than three digits of a double remain
 
 
 @dataclass(frozen=True, eq=False)
 class Factorization:
-    """A factored symmetric positive definite matrix (n, n); `solver` says by what."""
+    """A factored symmetric matrix (n, n); `solver` says by what.
+
+    n_negative: how many of its eigenvalues are negative; None where the solver cannot tell.
+    """
 
     size: int
     solver: str
-    _solve: Callable[[FloatArray], FloatArray]
+    n_negative: int | None
+    _factor: PardisoFactor | SuperLUFactor | None  # None of an empty matrix
 
     def solve(self, right_sides: FloatArray) -> FloatArray:
         """Return A^-1 B for B (n, k), all columns in one call: blocks run at BLAS-3 speed."""
-        if self.size == 0 or right_sides.shape[1] == 0:
+        if self._factor is None or right_sides.shape[1] == 0:
             return np.zeros_like(right_sides)
-        return self._solve(right_sides)
+        return self._factor.solve(right_sides)
 
 
-def factorize(matrix: sparse.csr_array[Any, tuple[int, int]], what: str = "the stiffness") -> Factorization:
-    """Factor a symmetric positive definite sparse matrix.
+def factorize(
+    matrix: SparseMatrix, what: str = "the stiffness", order: IntArray | None = None, definite: bool = True
+) -> Factorization:
+    """Factor a symmetric sparse matrix.
 
-    MMD on A^T + A with diagonal pivots: on the leaf spring of 15 k DoF 0.5 s and 2.9 M entries in L, where
-    scipy's default COLAMD takes 1.3 s and 5.6 M. The matrix is scaled to a unit diagonal first, so rotations
-    in rad and translations in m weigh the same. Raises ReductionError if it is singular: `what` names it.
+    Parameters
+    ----------
+    matrix
+        (n, n), full, or its upper triangle alone, which saves the copy of it that PARDISO needs.
+    what
+        Names the matrix in errors.
+    order
+        Rows in the order in which to eliminate them, from `ordering`; by default found on the graph of the
+        rows, which takes longer than on that of the nodes.
+    definite
+        Whether the matrix must be positive definite; False serves to count its negative eigenvalues.
+
+    Raises
+    ------
+    ReductionError
+        If the matrix is singular, not definite though it must be, or does not fit into memory.
     """
     size = matrix.shape[0]
-    solver = f"SuperLU (scipy {scipy.__version__}), MMD_AT_PLUS_A"
+    order = _order_of_rows(matrix) if order is None and size else order
+    solver = _name(order is not None)
     if size == 0:
-        return Factorization(0, solver, lambda right_sides: right_sides)
-    diagonal = matrix.diagonal()
-    if np.any(diagonal <= 0.0):
+        return Factorization(0, solver, 0, None)
+    upper = _upper_triangle(matrix)
+    diagonal = upper.diagonal()
+    if definite and np.any(diagonal <= 0.0):
         raise ReductionError(f"{what} is not positive definite: {diagonal.min():.3g} on its diagonal.")
-    scale = 1.0 / np.sqrt(diagonal)
-    weights = sparse.diags_array(scale)
-    scaled = sparse.csc_array(weights @ matrix @ weights)
-    scaled.indices = scaled.indices.astype(np.intc, copy=False)
-    scaled.indptr = scaled.indptr.astype(np.intc, copy=False)
+    factor: PardisoFactor | SuperLUFactor
     try:
-        factor = sparse_linalg.splu(
-            scaled,
-            permc_spec="MMD_AT_PLUS_A",
-            diag_pivot_thresh=0.0,
-            options={"SymmetricMode": True, "Equil": False},
-        )
-    except RuntimeError as error:
+        if pardiso.is_available():
+            factor = PardisoFactor(upper, pardiso.POSITIVE_DEFINITE if definite else pardiso.INDEFINITE, order)
+        else:
+            factor = SuperLUFactor(upper, order)
+    except (PardisoError, RuntimeError) as error:
         raise ReductionError(_singular(what, str(error))) from None
     except MemoryError:
         raise ReductionError(f"{what} ({size} DoF) does not fit into memory when factored.") from None
-
-    def solve(right_sides: FloatArray) -> FloatArray:
-        return np.asarray(factor.solve(np.asfortranarray(scale[:, None] * right_sides)) * scale[:, None])
-
-    _refuse_singular(scaled, factor.solve, what)
-    return Factorization(size, solver, solve)
+    _refuse_singular(upper, diagonal, factor, what, definite)
+    # Asking SuperLU for the count copies its U, so only where it is the question.
+    return Factorization(size, solver, 0 if definite else factor.n_negative, factor)
 
 
-def _refuse_singular(scaled: sparse.csc_array[Any], solve: Callable[[FloatArray], FloatArray], what: str) -> None:
-    """Solve once for a known load: a singular matrix passes the factorization and gives garbage silently."""
-    load = np.random.default_rng(7).standard_normal((scaled.shape[0], 1))
-    answer = solve(load)
+def _name(has_order: bool) -> str:
+    if pardiso.is_available():
+        order = "METIS on nodes" if has_order else "its own METIS"
+        return f"PARDISO (MKL {pardiso.version()}), {order}"
+    order = "METIS on nodes" if has_order else "MMD_AT_PLUS_A (pymetis is not installed)"
+    return f"SuperLU (scipy {scipy.__version__}), {order}; MKL is not installed"
+
+
+def _order_of_rows(matrix: SparseMatrix) -> IntArray | None:
+    if pardiso.is_available():
+        return None  # PARDISO orders rows by a METIS of its own
+    rows = np.arange(matrix.shape[0])
+    return ordering.elimination_order(ordering.node_graph(matrix, rows), rows)
+
+
+def _upper_triangle(matrix: SparseMatrix) -> SparseMatrix:
+    """Return the upper triangle with all of the diagonal stored; the matrix itself if it is that already."""
+    if not matrix.has_sorted_indices:
+        matrix = matrix.sorted_indices()
+    first = matrix.indptr[:-1]
+    rows = np.arange(matrix.shape[0])
+    is_upper = bool(np.all(np.diff(matrix.indptr) > 0)) and bool(np.all(matrix.indices[first] == rows))
+    if is_upper:
+        return matrix
+    upper = sparse.csr_array(sparse.triu(matrix, format="csr"))
+    if upper.nnz and np.all(np.diff(upper.indptr) > 0) and np.all(upper.indices[upper.indptr[:-1]] == rows):
+        return upper
+    upper = sparse.csr_array(upper + 0.0 * sparse.eye_array(len(rows)))
+    upper.setdiag(upper.diagonal())  # stores what is zero, which PARDISO wants to see
+    upper.sort_indices()
+    return upper
+
+
+def _refuse_singular(
+    upper: SparseMatrix, diagonal: FloatArray, factor: PardisoFactor | SuperLUFactor, what: str, definite: bool
+) -> None:
+    """Solve once for a known load: a singular matrix passes the factorization and gives garbage silently.
+
+    Judged as if the diagonal were all ones, so that rotations in rad and translations in m weigh the same.
+    """
+    scale = 1.0 / np.sqrt(np.where(diagonal == 0.0, 1.0, abs(diagonal)))[:, None]
+    load = np.random.default_rng(7).standard_normal((len(diagonal), 1))
+    answer = factor.solve(load / scale)
     if not np.all(np.isfinite(answer)):
         raise ReductionError(_singular(what, "a solve is not finite"))
+    product = upper @ answer + upper.T @ answer - diagonal[:, None] * answer
+    answer /= scale
     growth = float(np.linalg.norm(answer) / np.linalg.norm(load))
-    residual = float(np.linalg.norm(scaled @ answer - load) / (np.linalg.norm(load) + 1e-6 * np.linalg.norm(answer)))
+    error = float(np.linalg.norm(scale * product - load))
+    residual = error / float(np.linalg.norm(load) + 1e-6 * np.linalg.norm(answer))
     energy = float((load.T @ answer)[0, 0])
-    if growth > _GROWTH_LIMIT or residual > 1e-6 or energy <= 0.0:
+    if growth > _GROWTH_LIMIT or residual > 1e-6 or (definite and energy <= 0.0):
         raise ReductionError(_singular(what, f"solution grows by {growth:.1e}, residual {residual:.1e}"))
 
 
 def _singular(what: str, detail: str) -> str:
     return (
-        f"{what} is singular or not positive definite ({detail}): some of the part can still move freely "
-        "with the "
-        "interfaces held. A loose piece, a mechanism, or an interface that misses its part?"
+        f"{what} is singular or not positive definite ({detail}): some of the part can still move freely with "
+        "the interfaces held. A loose piece, a mechanism, or an interface that misses its part?"
     )

@@ -13,6 +13,8 @@ from fem_import.errors import ReductionError
 from fem_import.factorization import factorize
 from fem_import.fe_model import FEModel
 from fem_import.interfaces import TiedInterface
+from fem_import.ordering import elimination_order, node_graph
+from fem_import.sparse_blocks import RowParallel, absolute_product, principal_submatrix
 
 FloatArray: TypeAlias = NDArray[np.float64]
 IntArray: TypeAlias = NDArray[np.int64]
@@ -20,7 +22,7 @@ SparseMatrix: TypeAlias = "sparse.csr_array[Any, tuple[int, int]]"
 
 
 class Interior:
-    """K and M over the rows not on rigid interfaces, with a solver that holds all interfaces.
+    """The rows not on rigid interfaces: M over them and a solver that holds all interfaces.
 
     Held means: nodes of rigid interfaces stand still, averaged frames A u = q are prescribed. The averages
     are constraints with multipliers, bordered onto one factor of the sparse K: eliminating them would couple
@@ -41,24 +43,29 @@ class Interior:
             if interface.tie == "rigid":
                 tied_rigidly[interface.rows] = True
         self.rows: IntArray = np.flatnonzero(~tied_rigidly)
-        self.K: SparseMatrix = part.K[self.rows][:, self.rows]
-        self.M: SparseMatrix = part.M[self.rows][:, self.rows]
+        self._part = part
+        self.M: SparseMatrix = principal_submatrix(part.M, self.rows)
         averaged = [interface for interface in interfaces if interface.tie == "average"]
         self._averages = self._average_rows(averaged)
         needs_ground = is_free and not np.any(tied_rigidly)
-        _refuse_loose_pieces(part, self.rows, self.K, averaged, needs_ground)
 
-        grounded = self.K
+        K = principal_submatrix(part.K, self.rows, upper=True)
+        _, node_of_row = np.unique(part.dof_nodes()[self.rows], return_inverse=True)
+        graph = node_graph(K, node_of_row)
+        _refuse_loose_pieces(part, self.rows, graph, node_of_row, averaged, needs_ground)
+        self._order = elimination_order(graph, node_of_row) if len(self.rows) else None
+        del graph
+
         motion = np.zeros((len(self.rows), 0))
         if needs_ground:
             centre = part.positions.mean(axis=0)
             motion = part.rigid_body_motion(centre)[self.rows]
-            springs = np.zeros(len(self.rows))
+            diagonal = K.diagonal()
             chosen = _isostatic_rows(motion)
-            springs[chosen] = self.K.diagonal()[chosen]
-            grounded = sparse.csr_array(self.K + sparse.diags_array(springs))
+            diagonal[chosen] *= 2.0
+            K.setdiag(diagonal)
         self._motion = motion
-        self._factor = factorize(grounded, "The stiffness with the interfaces held")
+        self._factor = factorize(K, "The stiffness with the interfaces held", self._order)
         self.solver = self._factor.solver
         self._compliance_of_averages = self._factor.solve(self._averages.T.copy())
         self._border = self._factor_border() if self.n_averaged else None
@@ -78,6 +85,40 @@ class Interior:
         answer = linalg.lu_solve(self._border, np.vstack([gap, balance]))
         multipliers, rigid = answer[: self.n_averaged], answer[self.n_averaged :]
         return np.asarray(free - self._compliance_of_averages @ multipliers + self._motion @ rigid)
+
+    def count_below(self, eigenvalue: float) -> int | None:
+        """Count the modes of the held part below an eigenvalue [(rad/s)^2], without computing any.
+
+        Returns
+        -------
+        int or None
+            The number of eigenvalues below; None where the solver cannot tell.
+
+        Raises
+        ------
+        ReductionError
+            If `eigenvalue` is one of the part's own: ask a little beside it.
+
+        Notes
+        -----
+        As many as K - eigenvalue M has negative eigenvalues (Sylvester's law of inertia), from one more
+        factorization. Held averages A x = 0 are counted through the bordered matrix: its negative eigenvalues
+        are one a constraint more, and by its Schur complement those of K - eigenvalue M and the positive ones
+        of A (K - eigenvalue M)^-1 A^T.
+        """
+        shifted = principal_submatrix(self._part.K, self.rows, upper=True)
+        mass = principal_submatrix(self._part.M, self.rows, upper=True)
+        shifted = sparse.csr_array(shifted - eigenvalue * mass)
+        del mass
+        factor = factorize(shifted, "The stiffness less eigenvalue times mass", self._order, definite=False)
+        if factor.n_negative is None:
+            return None
+        if self.n_averaged == 0:
+            return factor.n_negative
+        compliance = self._averages @ factor.solve(self._averages.T.copy())
+        scale = 1.0 / np.sqrt(np.abs(np.diag(compliance)))
+        signs = np.linalg.eigvalsh(0.5 * (compliance + compliance.T) * np.outer(scale, scale))
+        return factor.n_negative + int(np.count_nonzero(signs > 0.0)) - self.n_averaged
 
     def _average_rows(self, averaged: list[TiedInterface]) -> FloatArray:
         dense = np.zeros((6 * len(averaged), len(self.rows)))
@@ -102,15 +143,22 @@ def _isostatic_rows(motion: FloatArray) -> IntArray:
 
 
 def _refuse_loose_pieces(
-    part: FEModel, rows: IntArray, K: SparseMatrix, averaged: list[TiedInterface], needs_ground: bool
+    part: FEModel,
+    rows: IntArray,
+    graph: SparseMatrix,
+    node_of_row: IntArray,
+    averaged: list[TiedInterface],
+    needs_ground: bool,
 ) -> None:
     """A piece that no interface reaches makes the held stiffness singular, which a solver need not notice."""
-    n_pieces, piece_of_row = csgraph.connected_components(K, directed=False)
+    n_pieces, piece_of_node = csgraph.connected_components(graph, directed=False)
     if needs_ground and n_pieces == 1:
         return
-    motion = part.rigid_body_motion(part.positions.mean(axis=0))[rows]
-    strain = np.max(abs(K @ motion), axis=1)
-    size = abs(K) @ np.max(abs(motion), axis=1)
+    piece_of_row = piece_of_node[node_of_row]
+    motion = np.zeros((len(part.dofs), 6))
+    motion[rows] = part.rigid_body_motion(part.positions.mean(axis=0))[rows]
+    strain = np.max(abs(RowParallel(part.K) @ motion), axis=1)[rows]
+    size = absolute_product(part.K, np.max(abs(motion), axis=1))[rows]
     for piece in range(n_pieces):
         members = np.flatnonzero(piece_of_row == piece)
         if np.any(strain[members] > 1e-6 * size[members]):

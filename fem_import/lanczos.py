@@ -10,13 +10,17 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from fem_import.errors import ReductionError
+from fem_import.sparse_blocks import RowParallel
+from fem_import.threads import one_blas_thread
 
 FloatArray: TypeAlias = NDArray[np.float64]
 
-_BLOCK = 8  # above the multiplicity of any eigenvalue of a real part; solves in blocks of 8 to 12 are the fastest
+_BLOCK = 12  # above the multiplicity of any eigenvalue of a real part; solves in blocks of 8 to 12 are the fastest
 _RESIDUAL = 1e-9  # of a Ritz vector; its eigenvalue is then right to the square of it
 _RANK = 1e-7  # of a column's own size; a Gram matrix in doubles sees no further
+_CLEAN = 1e-2  # what one more projection may still take from a vector that counts as orthogonal
 _LARGEST_BASIS = 4000
+_COLUMNS_OF_A_CHUNK = 8 * _BLOCK
 
 
 def lowest_modes(
@@ -24,80 +28,193 @@ def lowest_modes(
     M: sparse.csr_array[Any, tuple[int, int]],
     wanted: Callable[[FloatArray], int],
 ) -> tuple[FloatArray, FloatArray]:
-    """Return (eigenvalues ascending, modes (n, k) with unit modal mass) of K x = lambda M x.
+    """Return the lowest modes of K x = lambda M x.
 
-    solve: loads (n, b) -> K^-1 loads, b > 1, symmetric, its range may be a subspace. wanted: the number of
-    modes asked for, given the ascending eigenvalue estimates; those and one more must converge, so that the
-    first mode beyond proves that the list is complete up to there. The returned list includes those beyond
-    that have converged. Operator K^-1 M in the M inner product, full reorthogonalisation, fixed start vectors
-    (the result is reproducible). When the Krylov space closes, a fresh random block looks for what it missed.
+    Parameters
+    ----------
+    solve
+        Loads (n, b) -> K^-1 loads, b > 1, symmetric; its range may be a subspace.
+    M
+        Mass matrix (n, n).
+    wanted
+        The number of modes asked for, given the ascending eigenvalue estimates. Those and one more must
+        converge, so that the first mode beyond proves that the list is complete up to there.
+
+    Returns
+    -------
+    eigenvalues, modes
+        Ascending (k,), and (n, k) with unit modal mass; those beyond the wanted ones that have converged too.
+
+    Raises
+    ------
+    ReductionError
+        If more vectors would be needed than are sensible.
+
+    Notes
+    -----
+    Block Lanczos on K^-1 M in the M inner product (Grimes, Lewis and Simon, SIAM J. Matrix Anal. Appl. 15(1),
+    1994) with full reorthogonalisation. The start vectors are fixed, so the result is reproducible. When the
+    Krylov space closes, a fresh random block looks for what it missed.
     """
     n = M.shape[0]
+    mass = RowParallel(M)
     random = np.random.default_rng(20240229)
-    basis = np.empty((n, 0), order="F")
+    basis = _Basis(n)
     projected = np.empty((0, 0))
-    block = _orthonormal(solve(M @ random.standard_normal((n, _BLOCK))), M, basis)
-    restarts = 0
+    eigenvalues, n_settled, coefficients = np.empty(0), 0, np.empty((0, 0))
+    restarts, next_look = 0, 0
+    block, mass_block = _fresh_block(solve, mass, random, basis)
+    previous = np.empty((n, 0))
     while block.shape[1]:
-        basis = np.hstack([basis, block])
-        images = solve(M @ block)
-        weighted = M @ images
-        column = basis.T @ weighted
-        done = projected.shape[0]
-        grown = np.zeros((basis.shape[1], basis.shape[1]))
-        grown[:done, :done] = projected
-        grown[:, done:] = column
-        grown[done:, :done] = column[:done].T
-        grown[done:, done:] = 0.5 * (column[done:] + column[done:].T)
-        projected = grown
-        remainder = images - basis @ column
-        following = _orthonormal(remainder, M, basis, reference=images)
-        inverse, coefficients = np.linalg.eigh(projected)
-        inverse, coefficients = inverse[::-1], coefficients[:, ::-1]
-        usable = inverse > 1e-14 * inverse[0]
-        left_over = remainder.T @ (M @ remainder)
-        last = coefficients[done:]
-        residuals = np.sqrt(np.maximum(np.einsum("ij,ij->j", last, left_over @ last), 0.0))
-        residuals /= np.maximum(inverse, 1e-300)
-        settled = usable & (residuals < _RESIDUAL)
-        n_settled = len(settled) if np.all(settled) else int(np.argmin(settled))
-        eigenvalues = 1.0 / inverse[usable]
-        if n_settled > wanted(eigenvalues):
-            break
-        if basis.shape[1] > _LARGEST_BASIS:
+        basis.append(block)
+        images = np.ascontiguousarray(solve(mass_block))
+        following, mass_following, column, left_over = _next_block(images, [previous, block], mass, basis)
+        projected = _grown(projected, column)
+        closed = following.shape[1] == 0
+        if closed or basis.size >= next_look:
+            next_look = basis.size + max(_BLOCK, basis.size // 20)  # a look costs the cube of the size
+            eigenvalues, n_settled, coefficients = _ritz(projected, left_over)
+            if n_settled > wanted(eigenvalues):
+                break
+        if basis.size > _LARGEST_BASIS:
             raise ReductionError(
                 f"More than {_LARGEST_BASIS} Lanczos vectors and still modes missing. Lower max_frequency."
             )
-        if following.shape[1] == 0 and restarts < 2:
+        previous, block, mass_block = block, following, mass_following
+        if closed and restarts < 2:
             restarts += 1
-            following = _orthonormal(solve(M @ random.standard_normal((n, _BLOCK))), M, basis)
-        block = following
+            block, mass_block = _fresh_block(solve, mass, random, basis)
     else:
-        if basis.shape[1] == 0:
-            return np.empty(0), np.empty((n, 0))
-        n_settled = int(np.count_nonzero(usable))
-    modes = basis @ coefficients[:, :n_settled]
-    return eigenvalues[:n_settled], modes
+        n_settled = len(eigenvalues)
+    return eigenvalues[:n_settled], basis.combine(coefficients[:, :n_settled])
 
 
-def _orthonormal(
-    block: FloatArray,
-    M: sparse.csr_array[Any, tuple[int, int]],
-    basis: FloatArray,
-    reference: FloatArray | None = None,
-) -> FloatArray:
-    """Return an M-orthonormal basis of what `block` adds to `basis`, less the rounding of `reference`."""
-    reference = block if reference is None else reference
-    size = np.sqrt(np.maximum(np.einsum("ij,ij->j", reference, M @ reference), 0.0))
-    largest = float(size.max(initial=0.0))
-    if largest == 0.0:
-        return np.empty((block.shape[0], 0))
-    block = block / np.where(size > 0.0, size, 1.0)
-    # numpy's eigh, as scipy's before 1.13 does not take the empty matrix of a space that has closed
-    for sweep in range(3):  # the first removes, the second cleans, the third makes up for a bad Gram matrix
-        block = block - basis @ (basis.T @ (M @ block))
-        gram = block.T @ (M @ block)
-        values, vectors = np.linalg.eigh(0.5 * (gram + gram.T))
-        kept = values > (_RANK**2 if sweep == 0 else 0.25)
-        block = block @ (vectors[:, kept] / np.sqrt(values[kept]))
-    return block
+class _Basis:
+    """M-orthonormal vectors (n, size) that grow by blocks without being copied."""
+
+    def __init__(self, n: int) -> None:
+        self._n, self.size = n, 0
+        self._chunks: list[FloatArray] = []
+        self._work = np.empty((n, _BLOCK))  # fresh memory for each product costs as much as the product
+
+    def append(self, block: FloatArray) -> None:
+        taken = 0
+        while taken < block.shape[1]:
+            place = self.size % _COLUMNS_OF_A_CHUNK
+            if place == 0:
+                self._chunks.append(np.empty((self._n, _COLUMNS_OF_A_CHUNK), order="F"))
+            count = min(_COLUMNS_OF_A_CHUNK - place, block.shape[1] - taken)
+            self._chunks[-1][:, place : place + count] = block[:, taken : taken + count]
+            taken += count
+            self.size += count
+
+    def coefficients(self, mass_block: FloatArray) -> FloatArray:
+        parts = [chunk.T @ mass_block for chunk in self._used()]
+        return np.vstack(parts) if parts else np.empty((0, mass_block.shape[1]))
+
+    def combine(self, coefficients: FloatArray) -> FloatArray:
+        """Return the linear combinations (n, k) with coefficients (size, k)."""
+        total = np.zeros((self._n, coefficients.shape[1]))
+        self._add(total, coefficients)
+        return total
+
+    def subtract(self, block: FloatArray, coefficients: FloatArray) -> None:
+        """Take basis @ coefficients from the block, in place."""
+        self._add(block, -coefficients)
+
+    def _add(self, block: FloatArray, coefficients: FloatArray) -> None:
+        first = 0
+        for chunk in self._used():
+            last = first + chunk.shape[1]
+            block += self.product(chunk, coefficients[first:last])
+            first = last
+
+    def product(self, block: FloatArray, coefficients: FloatArray) -> FloatArray:
+        """Return block @ coefficients; if that has the size of a block, it is good until the next product."""
+        if coefficients.shape[1] != _BLOCK:
+            return np.asarray(block @ coefficients)
+        return np.matmul(block, coefficients, out=self._work)
+
+    def _used(self) -> list[FloatArray]:
+        last = self.size - _COLUMNS_OF_A_CHUNK * (len(self._chunks) - 1)
+        return [*self._chunks[:-1], self._chunks[-1][:, :last]] if self._chunks else []
+
+
+def _fresh_block(
+    solve: Callable[[FloatArray], FloatArray], mass: RowParallel, random: np.random.Generator, basis: _Basis
+) -> tuple[FloatArray, FloatArray]:
+    images = np.ascontiguousarray(solve(mass @ random.standard_normal((mass.shape[0], _BLOCK))))
+    block, mass_block, _, _ = _next_block(images, [], mass, basis)
+    return block, mass_block
+
+
+def _next_block(
+    images: FloatArray, recent: list[FloatArray], mass: RowParallel, basis: _Basis
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Orthonormalise images (n, b) = K^-1 M block, in place, against the basis.
+
+    recent: the last blocks of the basis, which take nearly all of it (the three-term recurrence); the sweep
+    over the whole basis that follows only removes rounding. Returns the next block, M times it, the images'
+    coefficients in the basis (size, b) and the Gram matrix (b, b) of what was left of them.
+    """
+    mass_images = mass @ images
+    size = np.sqrt(np.maximum(np.einsum("ij,ij->j", images, mass_images), 0.0))
+    column = np.zeros((basis.size, images.shape[1]))
+    last = basis.size
+    for block in reversed(recent):
+        part = block.T @ mass_images
+        images -= basis.product(block, part)
+        column[last - block.shape[1] : last] = part
+        last -= block.shape[1]
+    for _ in range(3):
+        mass_images = mass @ images
+        rest = basis.coefficients(mass_images)
+        gram = images.T @ mass_images - rest.T @ rest
+        basis.subtract(images, rest)
+        column += rest
+        if np.all(np.einsum("ij,ij->j", rest, rest) <= _CLEAN * np.maximum(np.diag(gram), (_RANK * size) ** 2)):
+            break
+    gram = 0.5 * (gram + gram.T)
+    inverse_size = np.divide(1.0, size, out=np.zeros_like(size), where=size > 1e-150)
+    with one_blas_thread():
+        values, vectors = np.linalg.eigh(inverse_size[:, None] * gram * inverse_size)
+    kept = values > _RANK**2
+    block = images @ (inverse_size[:, None] * vectors[:, kept] / np.sqrt(values[kept]))
+    mass_block = mass @ block
+    for _ in range(2):  # a thin remainder was blown up, and its rounding with it
+        rest = basis.coefficients(mass_block)
+        if np.max(abs(rest), initial=0.0) > 1e-13:
+            basis.subtract(block, rest)
+            mass_block = mass @ block
+        own = block.T @ mass_block
+        with one_blas_thread():
+            values, vectors = np.linalg.eigh(0.5 * (own + own.T))
+        kept = values > 0.25
+        whitening = vectors[:, kept] / np.sqrt(values[kept])
+        block, mass_block = block @ whitening, mass_block @ whitening
+        if np.max(abs(own - np.eye(len(own))), initial=0.0) < 1e-6:
+            break
+    return block, mass_block, column, gram
+
+
+def _grown(projected: FloatArray, column: FloatArray) -> FloatArray:
+    done, size = len(projected), len(column)
+    grown = np.zeros((size, size))
+    grown[:done, :done] = projected
+    grown[:, done:] = column
+    grown[done:, :done] = column[:done].T
+    grown[done:, done:] = 0.5 * (column[done:] + column[done:].T)
+    return grown
+
+
+def _ritz(projected: FloatArray, left_over: FloatArray) -> tuple[FloatArray, int, FloatArray]:
+    """Return the eigenvalue estimates, how many of the first have converged, and all coefficients."""
+    with one_blas_thread():
+        inverse, coefficients = np.linalg.eigh(projected)
+    inverse, coefficients = inverse[::-1], coefficients[:, ::-1]
+    usable = inverse > 1e-14 * inverse[0]
+    last = coefficients[-len(left_over) :]
+    residuals = np.sqrt(np.maximum(np.einsum("ij,ij->j", last, left_over @ last), 0.0))
+    settled = usable & (residuals < _RESIDUAL * np.maximum(inverse, 1e-300))
+    n_settled = len(settled) if np.all(settled) else int(np.argmin(settled))
+    return 1.0 / inverse[usable], n_settled, coefficients

@@ -1,0 +1,246 @@
+"""PARDISO of Intel's Math Kernel Library, called directly.
+
+The `mkl` wheel has the library and no Python interface. Calling it ourselves keeps the factor between solves,
+hands over the matrix without copying or comparing it, and uses the symmetric matrix types.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import functools
+import glob
+import importlib.metadata
+import os
+import sys
+import weakref
+from typing import Any, Final, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from fem_import.errors import ReductionError
+
+FloatArray: TypeAlias = NDArray[np.float64]
+IntArray: TypeAlias = NDArray[np.int64]
+SparseMatrix: TypeAlias = "sparse.csr_array[Any, tuple[int, int]]"
+
+POSITIVE_DEFINITE: Final = 2
+INDEFINITE: Final = -2
+
+_ANALYSE, _FACTOR, _SOLVE, _RELEASE = 11, 22, 33, -1
+# Places in PARDISO's table of settings, counted from 0.
+_OWN_VALUES, _ORDERING, _GIVEN_ORDER, _PERTURBATION = 0, 1, 4, 9
+_FACTOR_ENTRIES, _BUNCH_KAUFMAN, _N_NEGATIVE, _FROM_ZERO = 17, 20, 22, 34
+_PARDISO_METIS = 2
+_MOST_ENTRIES_OF_32_BITS = 500_000_000  # in the factor; the manual asks for 64-bit indices beyond
+
+_ERRORS = {
+    -1: "its input is inconsistent",
+    -2: "there is not enough memory",
+    -3: "the reordering failed",
+    -4: "a pivot is zero or negative",
+    -5: "an internal error occurred",
+    -6: "the reordering failed (matrix types 11 and 13)",
+    -7: "a diagonal block is singular",
+    -8: "its 32-bit indices overflow",
+    -9: "there is not enough memory for an out-of-core factor",
+    -10: "its temporary files cannot be opened",
+    -11: "its files cannot be read or written",
+    -12: "64-bit indices are not available",
+}
+
+
+class PardisoError(Exception):
+    """PARDISO's error, in words; `code` is its number."""
+
+    def __init__(self, code: int) -> None:
+        self.code = code
+        super().__init__(f"PARDISO ({code}): {_ERRORS.get(code, 'an unknown error')}")
+
+
+class PardisoFactor:
+    """A symmetric matrix factored by PARDISO; its memory is given back with the last reference to it.
+
+    Parameters
+    ----------
+    upper
+        Upper triangle with the whole diagonal (n, n), indices sorted within each row. It must not be changed
+        afterwards.
+    matrix_type
+        POSITIVE_DEFINITE (Cholesky) or INDEFINITE (L D L^T with Bunch-Kaufman pivots).
+    order
+        Rows in the order in which to eliminate them (n,); None leaves it to METIS inside PARDISO.
+
+    Raises
+    ------
+    PardisoError
+        With a code in words.
+    ReductionError
+        If the factor does not fit into memory.
+    """
+
+    def __init__(self, upper: SparseMatrix, matrix_type: int, order: IntArray | None) -> None:
+        self._upper, self._type = upper, matrix_type
+        wide = upper.nnz > np.iinfo(np.int32).max
+        try:
+            self._start(order, np.dtype(np.int64 if wide else np.int32))
+            if not wide and not 0 <= self._settings[_FACTOR_ENTRIES] <= _MOST_ENTRIES_OF_32_BITS:
+                raise PardisoError(-8)
+        except PardisoError as error:
+            if wide or error.code != -8:
+                raise
+            self.release()
+            self._start(order, np.dtype(np.int64))
+        self._call(_FACTOR)
+
+    @property
+    def n_negative(self) -> int:
+        """Number of negative eigenvalues of the matrix (Sylvester's law of inertia)."""
+        return int(self._settings[_N_NEGATIVE]) if self._type == INDEFINITE else 0
+
+    @property
+    def n_entries(self) -> int:
+        """Number of entries in the factor."""
+        return int(self._settings[_FACTOR_ENTRIES])
+
+    def solve(self, right_sides: FloatArray) -> FloatArray:
+        """Return A^-1 B, (n, k) in column order."""
+        loads = np.asfortranarray(right_sides, dtype=np.float64)
+        answer = np.empty_like(loads, order="F")
+        self._call(_SOLVE, loads, answer)
+        return answer
+
+    def release(self) -> None:
+        """Give the memory of the factor back."""
+        self._finalizer()
+
+    def _start(self, order: IntArray | None, integer: np.dtype[Any]) -> None:
+        self._integer = integer
+        self._routine = _library().pardiso_64 if integer.itemsize == 8 else _library().pardiso
+        self._rows = self._upper.indptr.astype(integer, copy=False)
+        self._columns = self._upper.indices.astype(integer, copy=False)
+        self._order = np.zeros(self._upper.shape[0], integer) if order is None else order.astype(integer)
+        settings = np.zeros(64, integer)
+        settings[_OWN_VALUES] = settings[_FROM_ZERO] = 1
+        settings[_ORDERING] = _PARDISO_METIS
+        settings[_GIVEN_ORDER] = order is not None
+        settings[_FACTOR_ENTRIES] = -1  # asks for the count
+        if self._type == INDEFINITE:
+            settings[_BUNCH_KAUFMAN] = 1
+            settings[_PERTURBATION] = 13  # pivots below 1e-13 of the matrix are noise and would be lifted
+        self._settings = settings
+        self._handle = np.zeros(64, np.int64)
+        self._finalizer = weakref.finalize(
+            self, _release, self._routine, self._handle, self._type, self._upper.shape[0], integer, settings
+        )
+        self._call(_ANALYSE)
+
+    def _call(self, phase: int, loads: FloatArray | None = None, answer: FloatArray | None = None) -> None:
+        n_loads = 1 if loads is None else loads.shape[1]
+        arrays = (self._upper.data, self._rows, self._columns, self._order)
+        code = _run(
+            self._routine, self._handle, self._type, phase, self._upper.shape[0], self._integer, arrays, n_loads,
+            self._settings, loads, answer,
+        )  # fmt: skip
+        if code == -2:
+            raise ReductionError(
+                f"A matrix of {self._upper.shape[0]} DoF does not fit into memory when factored "
+                f"({self.n_entries * 8e-9:.3g} GB for the factor alone). Use a machine with more memory, or a coarser "
+                "mesh away from the interfaces."
+            )
+        if code:
+            raise PardisoError(code)
+
+
+def is_available() -> bool:
+    """Tell whether the library is installed and loads."""
+    return _library() is not None
+
+
+@functools.cache
+def version() -> str:
+    """Return the version of the library, such as "2025.2"."""
+    text = ctypes.create_string_buffer(200)
+    _library().mkl_get_version_string(text, 200)
+    words = text.value.decode(errors="replace").split()
+    return (
+        words[words.index("Version") + 1].removesuffix("-Product") if "Version" in words[:-1] else "of unknown version"
+    )
+
+
+def n_threads() -> int:
+    """Return how many threads the library uses: MKL_NUM_THREADS, OMP_NUM_THREADS or the cores it may run on."""
+    return int(_library().mkl_get_max_threads())
+
+
+@functools.cache
+def _library() -> Any:
+    for path in _candidates():
+        try:
+            library = ctypes.CDLL(path)
+        except OSError:
+            continue
+        if hasattr(library, "pardiso") and hasattr(library, "pardiso_64"):
+            _let_idle_threads_sleep(os.path.dirname(path))
+            return library
+    return None
+
+
+def _let_idle_threads_sleep(folder: str) -> None:
+    """Stop MKL's threads from spinning 0.2 s after each call, which slows what numpy does next by up to half."""
+    if "KMP_BLOCKTIME" in os.environ:
+        return
+    for name in ("libiomp5.so", "libiomp5md.dll"):
+        with contextlib.suppress(OSError, AttributeError):
+            ctypes.CDLL(os.path.join(folder, name)).kmp_set_blocktime(0)
+
+
+def _candidates() -> list[str]:
+    """Return where the library may be: the files of the `mkl` wheel, else the folders of this environment."""
+    is_windows = sys.platform == "win32"
+    start = "mkl_rt" if is_windows else "libmkl_rt"
+    try:
+        files = importlib.metadata.files("mkl") or []
+    except importlib.metadata.PackageNotFoundError:
+        files = []
+    found = [os.fspath(file.locate()) for file in files if file.name.startswith(start) and _is_shared(file.name)]
+    folder = os.path.join(sys.prefix, "Library", "bin") if is_windows else os.path.join(sys.prefix, "lib")
+    found += [path for path in sorted(glob.glob(os.path.join(folder, f"{start}*"))) if _is_shared(path)]
+    return [os.path.realpath(path) for path in found if os.path.isfile(path)]
+
+
+def _is_shared(name: str) -> bool:
+    return name.endswith(".dll") or ".so" in os.path.basename(name)
+
+
+def _run(
+    routine: Any,
+    handle: NDArray[np.int64],
+    matrix_type: int,
+    phase: int,
+    size: int,
+    integer: np.dtype[Any],
+    arrays: tuple[NDArray[Any], ...],
+    n_loads: int,
+    settings: NDArray[Any],
+    loads: FloatArray | None,
+    answer: FloatArray | None,
+) -> int:
+    """Call PARDISO, which takes every argument by address; return its error code."""
+    one = np.ones(1, integer)
+    silent, code = np.zeros(1, integer), np.zeros(1, integer)
+    numbers = [np.array([value], integer) for value in (matrix_type, phase, size, n_loads)]
+    arguments: tuple[NDArray[Any] | None, ...] = (
+        handle, one, one, *numbers[:3], *arrays, numbers[3], settings, silent, loads, answer, code,
+    )  # fmt: skip
+    routine(*[None if item is None else ctypes.c_void_p(item.ctypes.data) for item in arguments])
+    return int(code[0])
+
+
+def _release(
+    routine: Any, handle: NDArray[np.int64], matrix_type: int, size: int, integer: np.dtype[Any], settings: NDArray[Any]
+) -> None:
+    nothing = (np.zeros(1), np.zeros(1, integer), np.zeros(1, integer), np.zeros(1, integer))
+    _run(routine, handle, matrix_type, _RELEASE, size, integer, nothing, 1, settings, None, None)

@@ -1,0 +1,97 @@
+"""Parts and products of large sparse matrices, without the copies and the single thread of the general ones."""
+
+from __future__ import annotations
+
+import itertools
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from fem_import.threads import n_threads
+
+FloatArray: TypeAlias = NDArray[np.float64]
+IntArray: TypeAlias = NDArray[np.int64]
+SparseMatrix: TypeAlias = "sparse.csr_array[Any, tuple[int, int]]"
+
+_ROWS_AT_ONCE = 16384  # some 1e6 entries: what is needed beside a matrix stays in the cache
+_WORTH_A_THREAD = 200_000  # entries
+
+
+class RowParallel:
+    """A sparse matrix (n, m) whose product with dense blocks runs on all cores, a range of rows on each.
+
+    Every row is summed by one thread in the same order, so the product does not depend on their number.
+    """
+
+    def __init__(self, matrix: SparseMatrix) -> None:
+        count = max(1, min(n_threads(), matrix.nnz // _WORTH_A_THREAD))
+        shares = matrix.nnz * np.arange(1, count) // count
+        limits = [0, *np.searchsorted(matrix.indptr, shares).tolist(), matrix.shape[0]]
+        self._ranges = list(itertools.pairwise(limits))
+        self._parts = [_view_of_rows(matrix, first, last) for first, last in self._ranges]
+        self.shape = matrix.shape
+
+    def __matmul__(self, block: FloatArray) -> FloatArray:
+        """Return the product with a block (m, k), in row order."""
+        block = np.ascontiguousarray(block)
+        if len(self._parts) == 1:
+            return np.asarray(self._parts[0] @ block)
+        product = np.empty((self.shape[0], block.shape[1]))
+
+        def multiply(index: int) -> None:
+            first, last = self._ranges[index]
+            product[first:last] = self._parts[index] @ block
+
+        with ThreadPoolExecutor(len(self._parts)) as pool:
+            list(pool.map(multiply, range(len(self._parts))))
+        return product
+
+
+def principal_submatrix(matrix: SparseMatrix, rows: IntArray, upper: bool = False) -> SparseMatrix:
+    """Return matrix[rows][:, rows] for ascending rows, or of a symmetric matrix its upper triangle alone."""
+    new = np.full(matrix.shape[0], -1, dtype=np.int32)
+    new[rows] = np.arange(len(rows), dtype=np.int32)
+    data, indices = np.empty(matrix.nnz), np.empty(matrix.nnz, dtype=np.int32)  # pages never written cost nothing
+    counts = np.zeros(len(rows), dtype=np.int64)
+    filled = 0
+    for first in range(0, matrix.shape[0], _ROWS_AT_ONCE):
+        starts = matrix.indptr[first : first + _ROWS_AT_ONCE + 1]
+        entries = slice(int(starts[0]), int(starts[-1]))
+        row = np.repeat(new[first : first + _ROWS_AT_ONCE], np.diff(starts))
+        column = new[matrix.indices[entries]]
+        kept = np.flatnonzero((row >= 0) & (column >= (row if upper else 0)))
+        end = filled + len(kept)
+        data[filled:end] = matrix.data[entries][kept]
+        indices[filled:end] = column[kept]
+        inside = new[first : first + _ROWS_AT_ONCE]
+        inside = inside[inside >= 0]
+        if len(inside):
+            counts[inside[0] : inside[-1] + 1] = np.bincount(row[kept] - inside[0], minlength=len(inside))
+        filled = end
+    data.resize(filled, refcheck=False)
+    indices.resize(filled, refcheck=False)
+    starts = np.concatenate([[0], np.cumsum(counts)])
+    starts = starts.astype(np.int32 if filled <= np.iinfo(np.int32).max else np.int64)
+    part = sparse.csr_array((data, indices, starts), shape=(len(rows), len(rows)))
+    if not matrix.has_sorted_indices:
+        part.sort_indices()
+    return part
+
+
+def absolute_product(matrix: SparseMatrix, vector: FloatArray) -> FloatArray:
+    """Return |A| v without a copy of A."""
+    product = np.empty(matrix.shape[0])
+    for first in range(0, len(product), _ROWS_AT_ONCE):
+        last = min(first + _ROWS_AT_ONCE, len(product))
+        product[first:last] = abs(_view_of_rows(matrix, first, last)) @ vector
+    return product
+
+
+def _view_of_rows(matrix: SparseMatrix, first: int, last: int) -> SparseMatrix:
+    start, end = int(matrix.indptr[first]), int(matrix.indptr[last])
+    pointers = matrix.indptr[first : last + 1] - matrix.indptr[first]
+    arrays = (matrix.data[start:end], matrix.indices[start:end], pointers)
+    return sparse.csr_array(arrays, shape=(last - first, matrix.shape[1]), copy=False)

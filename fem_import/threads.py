@@ -1,0 +1,37 @@
+"""How many threads the work of this package takes."""
+
+from __future__ import annotations
+
+import functools
+import os
+from contextlib import AbstractContextManager
+
+from threadpoolctl import ThreadpoolController
+
+
+@functools.cache
+def n_threads() -> int:
+    """Return OMP_NUM_THREADS where it is set, else the number of cores this process may run on."""
+    asked = os.environ.get("OMP_NUM_THREADS", "")
+    if asked.isdecimal() and int(asked) > 0:
+        return int(asked)
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def one_blas_thread() -> AbstractContextManager[object]:
+    """Return a context in which numpy's and scipy's OpenBLAS run on one thread; PARDISO keeps its own.
+
+    The dense work here is an eigenproblem of order 200, 2.5 ms on one thread, and products of tall, narrow
+    blocks, which memory limits. On more threads that wait for each other both gain little, and lose much when
+    a core is busy: the eigenproblem was measured at 400 ms, a whole reduction at twice its time.
+    """
+    limited: AbstractContextManager[object] = _openblas().limit(limits=1)
+    return limited
+
+
+@functools.cache
+def _openblas() -> ThreadpoolController:
+    # Kept, as searching the loaded libraries takes longer than the eigenproblem.
+    return ThreadpoolController().select(internal_api="openblas")
