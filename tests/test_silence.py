@@ -59,4 +59,5 @@ def test_only_the_engine_imports_exudyn():
     ]
     assert importers == ["ibsdyn/engine.py"]
     for path in (root / "fem_import").rglob("*.py"):
-        assert "ibsdyn" not in path.read_text(), path
+        assert "import ibsdyn" not in path.read_text(), path
+        assert "from ibsdyn" not in path.read_text(), path
