@@ -23,9 +23,8 @@ def n_threads() -> int:
 def one_blas_thread() -> AbstractContextManager[object]:
     """Return a context in which numpy's and scipy's OpenBLAS run on one thread; PARDISO keeps its own.
 
-    The dense work here is an eigenproblem of order 200, 2.5 ms on one thread, and products of tall, narrow
-    blocks, which memory limits. On more threads that wait for each other both gain little, and lose much when
-    a core is busy: an eigenproblem of order 200 was measured at 400 ms instead of 2.5.
+    The dense work here is an eigenproblem of order 200 and products of tall, narrow blocks, which memory limits. More
+    threads gain little on both, and lose much when a core is busy: such an eigenproblem then took 400 ms, not 2.5.
     """
     limited: AbstractContextManager[object] = _openblas().limit(limits=1)
     return limited
