@@ -6,7 +6,8 @@ import io
 import re
 import warnings
 from dataclasses import dataclass
-from typing import IO, cast
+from inspect import signature
+from typing import IO, Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,8 @@ from scipy import sparse
 
 from fem_import.errors import ExportError
 
+# Which kind of sparse result is asked for: newer SciPy warns where it is left to the default, older has no choice.
+_AS_ARRAY: dict[str, Any] = {"spmatrix": False} if "spmatrix" in signature(scipy_io.mmread).parameters else {}
 _LINE = np.dtype([("row", np.int64), ("column", np.int64), ("value", np.float64)])
 _MANTISSA = re.compile(rb"[+-]?(\d*)\.?(\d*)")
 _SAMPLE_LINES = 1000  # one program prints all values alike
@@ -95,7 +98,7 @@ def _parse_regular_column(text: bytes) -> NDArray[np.float64] | None:
     if not _is_regular(text, n_lines, 1):
         return None
     try:
-        found = scipy_io.mmread(_joined(f"%%MatrixMarket matrix array real general\n{n_lines} 1\n", text))
+        found = scipy_io.mmread(_joined(f"%%MatrixMarket matrix array real general\n{n_lines} 1\n", text), **_AS_ARRAY)
     except (ValueError, OverflowError):
         return None
     return np.asarray(found, dtype=np.float64).ravel()
@@ -151,7 +154,7 @@ def _parse_regular(content: bytes) -> tuple[NDArray[np.int64], NDArray[np.int64]
     size = _LARGEST_INDEX
     header = f"%%MatrixMarket matrix coordinate real general\n{size} {size} {n_lines}\n"
     try:
-        matrix = sparse.coo_array(scipy_io.mmread(_joined(header, content)))
+        matrix = sparse.coo_array(scipy_io.mmread(_joined(header, content), **_AS_ARRAY))
     except (ValueError, OverflowError):
         return None  # the other parser says in words what is wrong
     rows, columns = matrix.coords
