@@ -325,7 +325,10 @@ class Model:
                     stacklevel=3,
                 )
         # Nothing has been touched so far; from here nothing can fail.
-        self._items = {k: item for k, item in self._items.items() if k not in bodies} | {name: body}
+        items: dict[str, Item] = {}
+        for key, item in self._items.items():
+            items[name if key in bodies else key] = body if key in bodies else item
+        self._items = items | {name: body}
         self._connections = connections
         return body
 
