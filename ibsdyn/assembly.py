@@ -20,14 +20,14 @@ class Joint:
     ----------
     connection : the component it comes from.
     centre : (3,) elastic centre [m].
-    relative : (r, n) motion of end 2 minus end 1 at the elastic centre, global axes; r = 6, in 1-D models 1.
+    ends : (r, n) motions of end 1 and of end 2 at the elastic centre, global axes; r = 6, in 1-D models 1.
     stiffness, damping : (r, r) finite stiffness and explicit damping there, global axes.
     locks : (m, n) rows that are zero in every motion which respects the locked directions.
     """
 
     connection: Connection
     centre: Array
-    relative: Array
+    ends: tuple[Array, Array]
     stiffness: Array
     damping: Array
     locks: Array
@@ -36,6 +36,11 @@ class Joint:
     def name(self) -> str:
         """The connection's name."""
         return self.connection.name
+
+    @property
+    def relative(self) -> Array:
+        """The (r, n) motion of end 2 minus that of end 1."""
+        return self.ends[1] - self.ends[0]
 
 
 class Assembly:
@@ -123,30 +128,21 @@ class Assembly:
         locked = np.array(connection.locked)
         if self.axis is not None:
             row = axis_index(self.axis, connection.name)
-            relative = (self.motion(connection.item2) - self.motion(connection.item1))[row : row + 1]
+            ends = (self.motion(connection.item1)[row : row + 1], self.motion(connection.item2)[row : row + 1])
             k, c = connection.stiffness, connection.damping or (0.0,)
             stiffness = np.diag([0.0 if locked[0] else k[0]])
             damping = np.diag([0.0 if locked[0] else c[0]])
-            return Joint(connection, centre, relative, stiffness, damping, relative[locked])
-        relative = self.motion(connection.item2, centre) - self.motion(connection.item1, centre)
-        local = rotate_six(connection.axes_matrix).T @ relative
+            return Joint(connection, centre, ends, stiffness, damping, (ends[1] - ends[0])[locked])
+        ends = (self.motion(connection.item1, centre), self.motion(connection.item2, centre))
+        local = rotate_six(connection.axes_matrix).T @ (ends[1] - ends[0])
         return Joint(
             connection,
             centre,
-            relative,
+            ends,
             connection.global_stiffness(),
             connection.global_damping(),
             local[locked],
         )
-
-    def ends_of(self, joint: Joint) -> tuple[Array, Array]:
-        """Return the (r, n) motions of both ends of a joint at its elastic centre; r = 6, in 1-D models 1."""
-        ends = (joint.connection.item1, joint.connection.item2)
-        rows = [self.motion(end, None if self.axis is not None else joint.centre) for end in ends]
-        if self.axis is None:
-            return rows[0], rows[1]
-        row = DIRECTIONS.index(self.axis)
-        return rows[0][row : row + 1], rows[1][row : row + 1]
 
     def rigid_motion(self) -> Array:
         """Return the (n, 6) coordinates of the whole model, base included, in a rigid motion about the origin.

@@ -13,7 +13,6 @@ Array = NDArray[np.float64]
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 STIFFNESS_NAMES = ("kx", "ky", "kz", "kxx", "kyy", "kzz")
-STIFFNESS_UNITS = ("N/m", "N/m", "N/m", "N·m/rad", "N·m/rad", "N·m/rad")
 INERTIA_NAMES = ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
 
 

@@ -96,12 +96,11 @@ def _size(assembly: Assembly, at_centre: Sequence[Array], letter: str) -> Array:
     for joint, matrix in zip(assembly.joints, at_centre, strict=True):
         # The ends separately, as their levers may cancel in the relative motion, and every direction with the
         # stiffest one's rounding: rotations and levers mix them before they cancel.
-        ends = assembly.ends_of(joint)
         weights = np.full(len(matrix), np.abs(matrix[:3, :3]).max())
         if len(matrix) == 6:
-            reach = max(float(np.abs(rows[:3]).max()) for rows in ends)
+            reach = max(float(np.abs(rows[:3]).max()) for rows in joint.ends)
             weights[3:] = np.abs(matrix[3:, 3:]).max() + weights[0] * reach**2
-        size += sum(weights @ rows**2 for rows in ends)
+        size += sum(weights @ rows**2 for rows in joint.ends)
     for body in assembly.bodies:
         if isinstance(body, FlexibleBody):
             own = getattr(body.reduced, letter)

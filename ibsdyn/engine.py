@@ -37,11 +37,15 @@ SAME_POINT = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class FullMatrices:
-    """M, C, K over all coordinates of an assembly, base included, before any lock is applied."""
+    """M, C, K over all coordinates of an assembly, base included, before any lock is applied.
+
+    K_size (N,) is the scale of K's rounding: its diagonal if nothing cancelled in it.
+    """
 
     M: Array
     C: Array
     K: Array
+    K_size: Array
 
 
 @contextmanager
@@ -83,11 +87,13 @@ def linearized_matrices(assembly: Assembly, flexible: FlexibleMapping = "small-d
             raise EngineError(f"Exudyn refused the model: {error}") from error
     M, K, C = (to_raw.T @ matrix @ to_raw for matrix in raw)
     limit = ASYMMETRY_LIMIT[flexible]
+    K_size = stiffness_size(assembly)
     return FullMatrices(
         M=_symmetric(M, "M", limit, np.abs(np.diag(M))),
         # Exudyn finds the velocity Jacobian of the gyroscopic terms by differences, about 1e-10 rad/s beside rest.
         C=_symmetric(C, "C", limit, damping_size(assembly) + GYROSCOPIC_RATE * np.abs(np.diag(M))),
-        K=_symmetric(K, "K", limit, stiffness_size(assembly)),
+        K=_symmetric(K, "K", limit, K_size),
+        K_size=K_size,
     )
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from ibsdyn.assembly import Assembly, body_mass_matrix
 from ibsdyn.axes import Array
 from ibsdyn.damping import damping_matrix, modal_ratios, strain_energy_shares
-from ibsdyn.elastic_parts import ElasticPart, elastic_parts, stiffness_size
+from ibsdyn.elastic_parts import ElasticPart, elastic_parts
 from ibsdyn.engine import FlexibleMapping, linearized_matrices
 from ibsdyn.errors import EngineError, known_keywords
 from ibsdyn.frequency_response import FrequencyResponse
@@ -174,7 +174,7 @@ def linearize(assembly: Assembly, flexible: FlexibleMapping = "small-deflection"
     n, transform = len(elimination.free), elimination.to_full
     M, C, K = (_projected(matrix, transform) for matrix in (full.M, full.C, full.K))
     parts = elastic_parts(assembly, transform)
-    size = np.abs(transform.T) @ np.sqrt(stiffness_size(assembly))
+    size = np.abs(transform.T) @ np.sqrt(full.K_size)
     _refuse_other_stiffness(K, parts, size**2, STIFFNESS_LIMIT[flexible])
     omega, shapes, rigid = undamped_modes(M[:n, :n], parts)
     shares = strain_energy_shares(parts, shapes, rigid)

@@ -42,6 +42,21 @@ class _Signal:
 
 
 @dataclass(frozen=True, init=False)
+class _Motion(_Signal):
+    quantity: str
+
+    @property
+    def unit(self) -> str:
+        """m, m/s, m/s² or the same of rad."""
+        return ("rad" if self.is_rotation else "m") + _PER_TIME[self.order]
+
+    @property
+    def order(self) -> int:
+        """How many times the displacement is differentiated."""
+        return QUANTITIES.index(self.quantity)
+
+
+@dataclass(frozen=True, init=False)
 class Force(_Signal):
     """A force on a body.
 
@@ -108,7 +123,7 @@ class Torque(_Signal):
 
 
 @dataclass(frozen=True, init=False)
-class BaseMotion(_Signal):
+class BaseMotion(_Motion):
     """The prescribed motion of a fixation; rotations turn about its position.
 
     Parameters
@@ -123,8 +138,6 @@ class BaseMotion(_Signal):
     ModelError : an unknown direction or quantity, or a name that is none.
     """
 
-    quantity: str
-
     @known_keywords
     def __init__(
         self, item: str, direction: Direction, quantity: str = "acceleration", name: str | None = None
@@ -135,19 +148,9 @@ class BaseMotion(_Signal):
         _set(self, "quantity", _quantity(quantity, what))
         _set(self, "name", _name(name, f"{self._where()} {self.quantity}"))
 
-    @property
-    def unit(self) -> str:
-        """m, m/s, m/s² or the same of rad."""
-        return _motion_unit(self)
-
-    @property
-    def order(self) -> int:
-        """How many times the displacement is differentiated."""
-        return QUANTITIES.index(self.quantity)
-
 
 @dataclass(frozen=True, init=False)
-class Sensor(_Signal):
+class Sensor(_Motion):
     """What is measured: the motion of a point of an item along a direction.
 
     Parameters
@@ -165,7 +168,6 @@ class Sensor(_Signal):
     """
 
     position: Point | None
-    quantity: str
     relative_to: str | None
 
     @known_keywords
@@ -186,16 +188,6 @@ class Sensor(_Signal):
         _set(self, "relative_to", None if relative_to is None else _item(relative_to, f"{what}: relative_to"))
         relative = f" relative to {relative_to}" if relative_to is not None else ""
         _set(self, "name", _name(name, f"{self._where()}{_place(self.position)} {self.quantity}{relative}"))
-
-    @property
-    def unit(self) -> str:
-        """m, m/s, m/s² or the same of rad."""
-        return _motion_unit(self)
-
-    @property
-    def order(self) -> int:
-        """How many times the displacement is differentiated."""
-        return QUANTITIES.index(self.quantity)
 
 
 Input = Force | Torque | BaseMotion
@@ -354,7 +346,3 @@ def _name(value: object, default: str) -> str:
 
 def _place(position: Point | None) -> str:
     return "" if position is None else f" at ({', '.join(f'{v:.4g}' for v in position)})"
-
-
-def _motion_unit(signal: BaseMotion | Sensor) -> str:
-    return ("rad" if signal.is_rotation else "m") + _PER_TIME[signal.order]

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from fem_import.errors import ExportError
 from fem_import.readers.deck_cards import Card, read_cards
+from fem_import.readers.deck_nodes import node_block
 from fem_import.readers.node_table import Nodes
 
 FloatArray: TypeAlias = NDArray[np.float64]
@@ -118,7 +119,7 @@ class _Deck:
                 "a parametrised deck is not read. Give the .inp that Abaqus writes from it (job.modified or CAE's)."
             )
         elif keyword == "*NODE":
-            labels, positions = _node_block(card)
+            labels, positions = node_block(card, range(2, 8))
             self._current.labels.append(labels)
             self._current.positions.append(positions)
             if "NSET" in card.parameters:
@@ -182,38 +183,6 @@ class _Deck:
             scope.sets[name.upper()] = [np.unique(np.concatenate(scope.sets[name.upper()]))]
             return scope.sets[name.upper()]
         return None
-
-
-def _node_block(card: Card) -> tuple[IntArray, FloatArray]:
-    if card.parameters.get("SYSTEM", "R").upper() != "R":
-        card.refuse(f"SYSTEM={card.parameters['SYSTEM']}: only rectangular coordinates are read.")
-    if not card.data:
-        return np.empty(0, np.int64), np.empty((0, 3))
-    try:
-        if any(line.count(",") != 3 or line.endswith(",") for line in card.data):
-            raise ValueError("short lines")
-        table = np.array(",".join(card.data).split(","), dtype=np.float64).reshape(-1, 4)
-    except ValueError:
-        table = np.array([_node_line(card, line) for line in card.data])
-    labels = table[:, 0]
-    if not np.all(np.isfinite(table)):
-        card.refuse(f"node {labels[~np.isfinite(table).all(axis=1)][0]:.0f} has a coordinate that is not finite.")
-    wrong = (labels != np.floor(labels)) | (labels < 1) | (labels > 2**53)
-    if np.any(wrong):
-        card.refuse(f"{labels[wrong][0]!s} is not a node label.")
-    return labels.astype(np.int64), table[:, 1:]
-
-
-def _node_line(card: Card, line: str) -> list[float]:
-    """Parse one line with what the fast route does not take: left-out coordinates (0), normals, D exponents."""
-    words = [word.strip().upper().replace("D", "E") for word in line.rstrip(", ").split(",")]
-    if not 2 <= len(words) <= 7:
-        card.refuse(f"expected 'label, x, y, z', found {line[:60]!r}.")
-    try:
-        values = [float(word) if word else 0.0 for word in words[:4]]
-    except ValueError:
-        card.refuse(f"expected 'label, x, y, z', found {line[:60]!r}.")
-    return values + [0.0] * (4 - len(values))
 
 
 def _element_nodes(card: Card) -> IntArray:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from fem_import.display import skin_of_solids
 from fem_import.errors import ExportError
 from fem_import.readers.deck_cards import Card, read_cards
+from fem_import.readers.deck_nodes import node_block
 
 _EXPANDED_ELEMENTS = ("S3", "S4", "S6", "S8", "B2", "B3", "CPS", "CPE", "CAX", "M3D", "T2D", "T3D")
 # Nodes and corner nodes of the solids whose skin is drawn.
@@ -58,7 +59,7 @@ def read_deck(path: Path) -> Deck:
         if card.keyword in _ABAQUS_ASSEMBLY:
             card.refuse("parts and instances are Abaqus' and ccx does not know them. Write a flat deck.")
         elif card.keyword == "*NODE":
-            block_labels, block_positions = _node_block(card)
+            block_labels, block_positions = node_block(card, range(1, 5))
             labels.append(block_labels)
             positions.append(block_positions)
             if "NSET" in card.parameters:
@@ -87,39 +88,6 @@ def read_deck(path: Path) -> Deck:
         expanded_elements=tuple(expanded),
         skin=skin_of_solids(corners),
     )
-
-
-def _node_block(card: Card) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    system = card.parameters.get("SYSTEM", "R").upper()
-    if system != "R":
-        card.refuse(f"SYSTEM={system}: only rectangular coordinates are read.")
-    if not card.data:
-        return np.empty(0, np.int64), np.empty((0, 3))
-    try:
-        if any(line.count(",") != 3 or line.endswith(",") for line in card.data):
-            raise ValueError("short lines")
-        table = np.array(",".join(card.data).split(","), dtype=np.float64).reshape(-1, 4)
-    except ValueError:
-        table = np.array([_node_line(card, line) for line in card.data])
-    labels = table[:, 0]
-    if not np.all(np.isfinite(table)):
-        card.refuse(f"node {labels[~np.isfinite(table).all(axis=1)][0]:.0f} has a coordinate that is not finite.")
-    if np.any(labels != np.floor(labels)) or np.any(labels < 1) or np.any(labels > 2**53):
-        wrong = labels[(labels != np.floor(labels)) | (labels < 1) | (labels > 2**53)][0]
-        card.refuse(f"{wrong!s} is not a node label.")
-    return labels.astype(np.int64), table[:, 1:]
-
-
-def _node_line(card: Card, line: str) -> list[float]:
-    """Parse one line with what the fast route does not take: left-out coordinates (0) and D exponents."""
-    words = [word.strip().upper().replace("D", "E") for word in line.rstrip(", ").split(",")]
-    if len(words) > 4:
-        card.refuse(f"expected 'label, x, y, z', found {line[:60]!r}.")
-    try:
-        values = [float(word) if word else 0.0 for word in words]
-    except ValueError:
-        card.refuse(f"expected 'label, x, y, z', found {line[:60]!r}.")
-    return values + [0.0] * (4 - len(values))
 
 
 def _solid_corners(card: Card, element: str) -> list[NDArray[np.int64]]:
