@@ -7,6 +7,8 @@ from ibsdyn.errors import (
     IbsdynError,
     ModelError,
     ModelWarning,
+    RecordError,
+    RecordWarning,
     UnknownKeywordError,
     UnknownNameError,
 )
@@ -17,6 +19,7 @@ from ibsdyn.modes import Modes
 from ibsdyn.requirements import required_stiffness
 from ibsdyn.signals import BaseMotion, Force, Sensor, Torque
 from ibsdyn.state_space import StateSpace
+from ibsdyn.time_record import TimeRecord
 
 __all__ = [
     "AnalysisError",
@@ -34,9 +37,12 @@ __all__ = [
     "ModelError",
     "ModelWarning",
     "Modes",
+    "RecordError",
+    "RecordWarning",
     "RigidBody",
     "Sensor",
     "StateSpace",
+    "TimeRecord",
     "Torque",
     "UnknownKeywordError",
     "UnknownNameError",

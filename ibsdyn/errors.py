@@ -36,6 +36,14 @@ class EngineError(IbsdynError, RuntimeError):
     """Exudyn refused a model or gave back matrices that contradict it."""
 
 
+class RecordError(IbsdynError, ValueError):
+    """A time record, or a file of one, that cannot be right."""
+
+
+class RecordWarning(UserWarning):
+    """A suspicious record that is used all the same."""
+
+
 class ModelWarning(UserWarning):
     """Suspicious input that is calculated with all the same."""
 
