@@ -89,6 +89,8 @@ def blocks_of(content: Bytes) -> Iterator[memoryview[int]]:
 
 
 def _parsed(header: str, content: Bytes, n_lines: int, words_a_line: int, fortran: bool = False) -> Any:
+    if n_lines == 0:
+        return None  # the parser divides by it
     checked = _CheckedText(header, content, fortran)
     try:
         found = scipy_io.mmread(cast("IO[bytes]", checked), **_AS_ARRAY)
