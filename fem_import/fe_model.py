@@ -77,6 +77,7 @@ class FEModel:
         digits: int | None = None,
         skin: ArrayLike | None = None,
         copy: bool = True,
+        symmetric: bool = False,
     ) -> FEModel:
         """Check arrays of any FEA program and make an FEModel of them.
 
@@ -93,6 +94,7 @@ class FEModel:
         skin : (t, 3) node labels of the triangles that bound the part, for drawing.
         copy : False lets the model take over CSR matrices of yours, which it may change: half the memory of a large
             part.
+        symmetric : True where each matrix was made of one triangle: spares the comparison with its mirror image.
 
         Raises
         ------
@@ -109,17 +111,17 @@ class FEModel:
         def checked(name: str) -> SparseMatrix:
             return _checked_matrix(name, given[name], n_dofs, copy)
 
-        def symmetric(name: str) -> tuple[SparseMatrix, float]:
+        def compared(name: str) -> tuple[SparseMatrix, float]:
             matrix = matrices[name]
             if name != "C":
                 _refuse_large_couplings(name, matrix, table)
-            made, residual = _symmetric(name, matrix, table)
+            made, residual = (matrix, 0.0) if symmetric else _symmetric(name, matrix, table)
             _scale(made, system.stiffness_scale(table[:, 1]))
             return made, residual
 
         matrices = dict(zip(given, side_by_side(checked, given), strict=True))
         _refuse_bad_diagonals(matrices["K"], matrices["M"], table)
-        made = dict(zip(given, side_by_side(symmetric, given), strict=True))
+        made = dict(zip(given, side_by_side(compared, given), strict=True))
         for name, power in (("M", 2), ("C", 1)):
             if name in made and system.time != 1.0:
                 made[name][0].data *= system.time**power

@@ -72,6 +72,7 @@ def read_calculix(path: str | os.PathLike[str], units: str = "SI") -> FEModel:
         digits=digits,
         skin=deck.skin,
         copy=False,
+        symmetric=True,
     )
     warn_of_few_digits(digits, stem.name)
     return part

@@ -65,8 +65,13 @@ def mirrored(rows: IntArray, columns: IntArray, values: FloatArray, size: int, n
 
     Raises ExportError for an entry given twice.
     """
-    halved = np.multiply(values, 0.5, out=values.copy(), where=rows == columns)
-    triangle = _assembled(rows, columns, halved, size, name)
+    np.multiply(values, 0.5, out=values, where=rows == columns)
+    triangle = _of_ordered(rows, columns, values, size)
+    if triangle is None:
+        triangle = _of_ordered(columns, rows, values, size)  # as good: the other triangle
+    if triangle is None:
+        triangle = _of_disordered(rows, columns, values, size, name)
+    _drop_zeros(triangle)
     return sparse.csr_array(triangle + triangle.T.tocsr())
 
 
@@ -87,9 +92,13 @@ def _assembled(rows: IntArray, columns: IntArray, values: FloatArray, size: int,
         matrix = None if transposed is None else transposed.T.tocsr()
     if matrix is None:
         matrix = _of_disordered(rows, columns, values, size, name)
+    _drop_zeros(matrix)
+    return matrix
+
+
+def _drop_zeros(matrix: SparseMatrix) -> None:
     if np.count_nonzero(matrix.data) < matrix.nnz:
         matrix.eliminate_zeros()
-    return matrix
 
 
 def _of_ordered(rows: IntArray, columns: IntArray, values: FloatArray, size: int) -> SparseMatrix | None:
