@@ -12,7 +12,16 @@ import zipfile
 import numpy as np
 import pytest
 from calculix_files import deck_text, write_export
-from export_writers import write_abaqus_job, write_ansys_mmf_job, write_coordinate, write_full, write_hbmat_job
+from export_writers import (
+    write_abaqus_job,
+    write_ansys_mmf_job,
+    write_coordinate,
+    write_dof_table,
+    write_full,
+    write_hbmat_job,
+    write_matrix_market_job,
+    write_punch,
+)
 from own_fe import brick_block, flexure_block, frequencies
 from reader_checks import assert_damage_is_answered, assert_same_part
 from scipy import io as scipy_io
@@ -22,26 +31,6 @@ import fem_import as fi
 from fem_import.readers.triplets import parse_triplets
 
 BLOCK = brick_block((3, 1, 2), (0.03, 0.01, 0.02))
-NAMES = ("x", "y", "z", "rx", "ry", "rz")
-
-
-def write_dof_table(path, model, separator=",", by_name=False):
-    lines = [separator.join(("node", "direction", "x", "y", "z", "sets"))]
-    for node, direction in np.asarray(model.dofs).tolist():
-        position = [repr(x) for x in model.positions[node - 1].tolist()]
-        sets = "|".join(name for name, nodes in model.node_sets.items() if node in nodes)
-        lines.append(separator.join([str(node), NAMES[direction - 1] if by_name else str(direction), *position, sets]))
-    path.write_text("\n".join(lines) + "\n")
-
-
-def write_matrix_market_job(folder, model):
-    folder.mkdir(exist_ok=True)
-    write_coordinate(folder / "part_K.mtx", model.K, comment="")
-    write_coordinate(folder / "part_M.mtx", model.M, comment="", symmetric=False)
-    write_dof_table(folder / "dofs.csv", model)
-    return folder / "part_K.mtx"
-
-
 @pytest.fixture
 def market(tmp_path):
     return write_matrix_market_job(tmp_path / "mm", BLOCK)

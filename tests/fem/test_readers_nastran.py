@@ -5,6 +5,7 @@ import re
 
 import numpy as np
 import pytest
+from export_writers import grid_cards, punch, write_punch
 from own_fe import brick_block, euler_beam, frequencies
 from reader_checks import assert_damage_is_answered, assert_same_part, sample
 from scipy import sparse
@@ -15,41 +16,6 @@ from fem_import.readers.nastran_op4 import parse_op4
 
 BLOCK = brick_block((3, 1, 2), (0.03, 0.01, 0.02))
 BEAM = euler_beam(0.2, 4, 7e10, 2.7e10, 2700.0, 1e-4, 1e-9, 2e-9)
-
-
-def grid_cards(model):
-    cards = ""
-    for label, (x, y, z) in enumerate(model.positions.tolist(), start=1):
-        cards += f"GRID*   {label:16d}{'':16s}{x:16.9E}{y:16.9E}\n*       {z:16.9E}\n"
-    return cards
-
-
-def punch(name, matrix, dofs, digits=10, large=True):
-    """DMIG cards of the lower triangle of a symmetric matrix, in large or small field."""
-    text = f"DMIG    {name:8s}{0:8d}{6:8d}{2:8d}{0:8d}{'':16s}{len(dofs):8d}\n"
-    lower = sparse.csc_array(sparse.tril(matrix))
-    for column in range(lower.shape[1]):
-        node, component = dofs[column]
-        found = slice(lower.indptr[column], lower.indptr[column + 1])
-        terms = [(*dofs[row], value) for row, value in zip(lower.indices[found], lower.data[found], strict=True)]
-        if large:
-            text += f"DMIG*   {name:16s}{node:16d}{component:16d}\n"
-            text += "".join(f"*       {g:16d}{c:16d}{v:16.{digits - 1}E}\n".replace("E", "D") for g, c, v in terms)
-        else:
-            g, c, v = terms[0]
-            text += f"DMIG    {name:8s}{node:8d}{component:8d}{'':8s}{g:8d}{c:8d}{short(v)}\n"
-            text += "".join(f"        {g:8d}{c:8d}{short(v)}\n" for g, c, v in terms[1:])
-    return text
-
-
-def short(value):
-    """Nastran's 8 characters: 1.23-4 for 1.23e-4."""
-    for digits in range(5, -1, -1):
-        mantissa, exponent = f"{value:.{digits}e}".split("e")
-        text = f"{mantissa}{int(exponent):+d}"
-        if len(text) <= 8:
-            return f"{text:>8s}"
-    raise AssertionError(value)
 
 
 def write_op4_binary(path, matrices, order="<", single=False, strings=True, big=False):
@@ -150,16 +116,6 @@ def test_dmig_samples():
     assert found["KAAX"].digits == 10
     with pytest.raises(fi.ExportError, match=r"holds no mass matrix"):
         fi.read(sample("nastran", "dmig_sparse.pch"), units="SI")
-
-
-def write_punch(folder, model, **how):
-    folder.mkdir(exist_ok=True)
-    path = folder / "part.pch"
-    dofs = np.asarray(model.dofs).tolist()
-    path.write_text(
-        "".join(punch(n, m, dofs, **how) for n, m in (("KAAX", model.K), ("MAAX", model.M))) + grid_cards(model)
-    )
-    return path
 
 
 def test_punch_in_large_field_warns_of_ten_digits(tmp_path):
