@@ -125,6 +125,19 @@ def shortest(function: Callable[[], object], runs: int) -> float:
     return min(times)
 
 
+def measured(export: Export, runs: int) -> str:
+    """Return one line of the table."""
+    files = list(dict.fromkeys(export.files))
+    size = sum(file.stat().st_size for file in files) / 1e6
+    ours = shortest(export.read, runs)
+    disk = shortest(lambda: [file.read_bytes() for file in files], runs)
+    ratio = "cannot"
+    if export.loadtxt is not None:
+        how = export.loadtxt
+        ratio = f"{shortest(lambda: [np.loadtxt(file, **how) for file in files], runs) / ours:.2f}"
+    return f"{size:>8.0f}{ours:>13.3f}{ratio:>19}{ours / disk:>17.1f}"
+
+
 def main() -> None:
     """Write, read and print."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -143,17 +156,7 @@ def main() -> None:
             folder = Path(root, name.replace("*", "").replace(" ", "_"))
             folder.mkdir()
             export = FORMATS[name](folder, part, model)
-            files = list(dict.fromkeys(export.files))
-            size = sum(file.stat().st_size for file in files) / 1e6
-            ours = shortest(export.read, chosen.runs)
-            disk = shortest(lambda files=files: [file.read_bytes() for file in files], chosen.runs)
-            how = export.loadtxt
-            text = (
-                "cannot"
-                if how is None
-                else f"{shortest(lambda: [np.loadtxt(file, **how) for file in files], chosen.runs) / ours:.2f}"
-            )
-            print(f"{name:<22}{size:>8.0f}{ours:>13.3f}{text:>19}{ours / disk:>17.1f}", flush=True)
+            print(f"{name:<22}" + measured(export, chosen.runs), flush=True)
             for file in folder.iterdir():
                 file.unlink()
 

@@ -420,14 +420,14 @@ def _refuse_bad_diagonals(K: SparseMatrix, M: SparseMatrix, dofs: IntArray) -> N
             )
     if np.any(heavy > _PENALTY):
         raise ExportError(
-            f"M has {heavy.max():.3g} on the diagonal of {_dof(dofs, int(np.argmax(heavy)))}: a penalty, not a mass. Remove "
-            "its rows and columns and their DoF."
+            f"M has {heavy.max():.3g} on the diagonal of {_dof(dofs, int(np.argmax(heavy)))}: a penalty, not a mass. "
+            "Remove its rows and columns and their DoF."
         )
     null_rows = np.flatnonzero(stiff == 0.0)
     if len(null_rows):
         raise ExportError(
-            f"K has nothing on the diagonal of {len(null_rows)} rows, first {_dof(dofs, int(null_rows[0]))}: a DoF without "
-            "stiffness, or a constrained one that the export kept. Remove these rows and columns and their DoF."
+            f"K has nothing on the diagonal of {len(null_rows)} rows, first {_dof(dofs, int(null_rows[0]))}: a DoF "
+            "without stiffness, or a constrained one that the export kept. Remove these rows and columns and their DoF."
         )
     for rotational in (False, True):
         rows = np.flatnonzero((dofs[:, 1] > 3) == rotational)

@@ -85,6 +85,7 @@ class LabelledMatrices:
             units=units,
             source=source,
             digits=self.digits,
+            copy=False,
         )
         warn_of_few_digits(self.digits, source)
         return part

@@ -41,7 +41,7 @@ def parse_matrix(content: bytes, name: str) -> PrintedMatrix:
     n_rows, n_columns, n_entries = header.sizes
     if n_rows != n_columns or n_rows == 0:
         raise ExportError(f"{name} is {n_rows} x {n_columns}; a stiffness or mass matrix is square.")
-    entries = parse_triplets(content[header.end :], name)
+    entries = parse_triplets(memoryview(content)[header.end :], name)
     if len(entries.values) != n_entries:
         raise ExportError(f"{name} announces {n_entries} entries and has {len(entries.values)}: truncated or damaged.")
     symmetric = header.symmetry == "symmetric"

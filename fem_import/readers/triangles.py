@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from fem_import.errors import ExportError
+from fem_import.readers.regular_text import IntArray
 
-IntArray: TypeAlias = NDArray[np.int32] | NDArray[np.int64]
 FloatArray: TypeAlias = NDArray[np.float64]
 Written: TypeAlias = Literal["one triangle", "both triangles", "either"]
 SparseMatrix: TypeAlias = "sparse.csr_array[Any, tuple[int, int]]"
@@ -89,7 +89,7 @@ def _assembled(rows: IntArray, columns: IntArray, values: FloatArray, size: int,
     matrix = _of_ordered(rows, columns, values, size)
     if matrix is None:
         transposed = _of_ordered(columns, rows, values, size)
-        matrix = None if transposed is None else transposed.T.tocsr()
+        matrix = None if transposed is None else sparse.csr_array(transposed.T)
     if matrix is None:
         matrix = _of_disordered(rows, columns, values, size, name)
     _drop_zeros(matrix)
@@ -113,7 +113,7 @@ def _of_ordered(rows: IntArray, columns: IntArray, values: FloatArray, size: int
             return None
     index = _index_type(size, len(rows))
     starts = np.searchsorted(rows, np.arange(size + 1, dtype=rows.dtype)).astype(index)
-    matrix = sparse.csr_array((values, columns.astype(index, copy=False), starts), shape=(size, size))
+    matrix: SparseMatrix = sparse.csr_array((values, columns.astype(index, copy=False), starts), shape=(size, size))
     matrix.has_canonical_format = True
     return matrix
 

@@ -204,7 +204,9 @@ def write_dof_table(path, model, separator=",", by_name=False):
     for node, direction in np.asarray(model.dofs).tolist():
         position = [repr(x) for x in model.positions[node - 1].tolist()]
         sets = "|".join(name for name, nodes in model.node_sets.items() if node in nodes)
-        lines.append(separator.join([str(node), DIRECTION_NAMES[direction - 1] if by_name else str(direction), *position, sets]))
+        lines.append(
+            separator.join([str(node), DIRECTION_NAMES[direction - 1] if by_name else str(direction), *position, sets])
+        )
     path.write_text("\n".join(lines) + "\n")
 
 

@@ -15,12 +15,10 @@ from calculix_files import deck_text, write_export
 from export_writers import (
     write_abaqus_job,
     write_ansys_mmf_job,
-    write_coordinate,
     write_dof_table,
     write_full,
     write_hbmat_job,
     write_matrix_market_job,
-    write_punch,
 )
 from own_fe import brick_block, flexure_block, frequencies
 from reader_checks import assert_damage_is_answered, assert_same_part
@@ -31,6 +29,8 @@ import fem_import as fi
 from fem_import.readers.triplets import parse_triplets
 
 BLOCK = brick_block((3, 1, 2), (0.03, 0.01, 0.02))
+
+
 @pytest.fixture
 def market(tmp_path):
     return write_matrix_market_job(tmp_path / "mm", BLOCK)
