@@ -75,9 +75,9 @@ def read_abaqus(
     required_units(units, stiffness.name)
     if is_substructure(first_bytes(stiffness, 4096)):
         raise ExportError(
-            f"{stiffness.name} is a substructure, already reduced. Read it by fi.read_abaqus_substructure, which "
-            "makes a "
-            "ReducedBody."
+            f"{stiffness.name} is a substructure, already reduced. Name its retained nodes and it becomes a "
+            "ReducedBody: fi.read(path, units=..., interfaces={'base': node label, ...}), or "
+            "fi.read_abaqus_substructure."
         )
     mass_path = Path(mass) if mass is not None else mass_beside(stiffness, _MASS_NAMES, _HOW_TO_EXPORT)
     paths = [stiffness, mass_path] + ([Path(damping)] if damping is not None else [])

@@ -82,8 +82,8 @@ def read_nastran(
         if len(modal):
             raise ExportError(
                 f"{source.name} has scalar points such as {matrices.dofs[modal[0], 0]}: modal coordinates of a "
-                "superelement? "
-                "Read it by fi.read_nastran_superelement."
+                "superelement, already reduced? Name its boundary grid points and it becomes a ReducedBody: "
+                "fi.read(path, units=..., interfaces={'base': grid label, ...}), or fi.read_nastran_superelement."
             )
     else:
         if dofs is not None:

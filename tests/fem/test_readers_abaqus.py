@@ -290,7 +290,8 @@ def substructure(tmp_path):
 
 def test_substructure_becomes_a_reduced_body(substructure):
     body, path = substructure
-    read = fi.read_abaqus_substructure(path, {"root": 1, "tip": 5}, units="SI", deck=path.with_name("beam.inp"))
+    read = fi.read(path, units="SI", interfaces={"root": 1, "tip": 5}, deck=path.with_name("beam.inp"))
+    assert isinstance(read, fi.ReducedBody)
     np.testing.assert_allclose(read.K, body.K, rtol=1e-13, atol=1e-14 * body.K.max())
     np.testing.assert_allclose(read.M, body.M, rtol=1e-13, atol=1e-14 * body.M.max())
     assert read.is_free
@@ -301,7 +302,7 @@ def test_substructure_becomes_a_reduced_body(substructure):
     )
     assert turned.coordinates[:6] == tuple(f"tip.{d}" for d in ("x", "y", "z", "rx", "ry", "rz"))
     np.testing.assert_allclose(frequencies(turned.K, turned.M)[6:], frequencies(body.K, body.M)[6:], rtol=1e-9)
-    with pytest.raises(fi.ExportError, match=r"fi\.read_abaqus_substructure"):
+    with pytest.raises(fi.ExportError, match=r"fi\.read\(path.*interfaces=.*fi\.read_abaqus_substructure"):
         fi.read(path, units="SI")
     # The same numbers as if in mm, t, s: lengths of the file are mm there.
     length = np.r_[np.tile([1e-3, 1e-3, 1e-3, 1, 1, 1], 2), np.ones(len(body.frequencies))]

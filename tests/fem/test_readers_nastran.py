@@ -12,6 +12,7 @@ from scipy import sparse
 
 import fem_import as fi
 from fem_import.readers.nastran_bulk import parse_bulk
+from fem_import.readers.nastran_columns import split_columns
 from fem_import.readers.nastran_op4 import parse_op4
 
 BLOCK = brick_block((3, 1, 2), (0.03, 0.01, 0.02))
@@ -129,6 +130,23 @@ def test_punch_in_large_field_warns_of_ten_digits(tmp_path):
     assert_same_part(part, BLOCK, digits=9)
 
 
+def test_columns_in_large_field_are_taken_as_arrays_or_term_by_term(tmp_path):
+    """Both ways give the same terms; a tab leaves the file to the slower one."""
+    text = write_punch(tmp_path / "p", BLOCK).read_text()
+    columns, others = split_columns(text)
+    assert set(columns) == {"KAAX", "MAAX"}
+    assert not any(line.startswith("DMIG*") for _, line in others)
+    slow_text = text.replace("*       ", "*\t", 1)
+    assert split_columns(slow_text) == ({}, list(enumerate(slow_text.splitlines(), start=1)))
+    fast, slow = (parse_bulk(each, "x.pch") for each in (text, slow_text))
+    for name, matrix in fast.matrices.items():
+        other = slow.matrices[name]
+        for ours, theirs in ((matrix.rows, other.rows), (matrix.columns, other.columns), (matrix.values, other.values)):
+            np.testing.assert_array_equal(ours, theirs)
+        assert (matrix.form, matrix.digits) == (other.form, other.digits) == (6, 10)
+    np.testing.assert_array_equal(fast.nodes.positions, slow.nodes.positions)
+
+
 def test_punch_in_small_field(tmp_path):
     with pytest.warns(fi.ExportWarning, match="digits"):
         part = fi.read_nastran(write_punch(tmp_path / "p", BLOCK, large=False), units="SI")
@@ -158,8 +176,8 @@ def superelement(tmp_path):
 def test_external_superelement_becomes_a_reduced_body(superelement):
     body, path = superelement
     interfaces = {"root": 1, "tip": 5}
-    exact = fi.read_nastran_superelement(
-        path.with_suffix(".op4"), interfaces, units="SI", positions={1: (0, 0, 0), 5: (0.2, 0, 0)}
+    exact = fi.read(
+        path.with_suffix(".op4"), units="SI", interfaces=interfaces, positions={1: (0, 0, 0), 5: (0.2, 0, 0)}
     )
     np.testing.assert_array_equal(exact.K, body.K)
     assert exact.mass == pytest.approx(2700 * 1e-4 * 0.2, rel=1e-9)
@@ -168,7 +186,7 @@ def test_external_superelement_becomes_a_reduced_body(superelement):
     assert any("10 digits" in str(item.message) for item in caught)
     np.testing.assert_allclose(punched.K, body.K, rtol=1e-8, atol=1e-8 * body.K.max())
     np.testing.assert_allclose(frequencies(punched.K, punched.M)[6:], frequencies(body.K, body.M)[6:], rtol=1e-6)
-    with pytest.raises(fi.ExportError, match=r"fi\.read_nastran_superelement"):
+    with pytest.raises(fi.ExportError, match=r"fi\.read\(path.*interfaces=.*fi\.read_nastran_superelement"):
         fi.read(path, units="SI")
     with (
         pytest.warns(fi.ExportWarning, match="10 digits"),
