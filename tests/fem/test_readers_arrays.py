@@ -1,5 +1,4 @@
-"""Matrix Market, NPZ and MATLAB: our own part there and back, hostile files; one reduced body from every text "
-"format."""
+"""Matrix Market, NPZ and MATLAB: our own part there and back, hostile files."""
 
 import gzip
 import io
@@ -11,16 +10,12 @@ import zipfile
 
 import numpy as np
 import pytest
-from calculix_files import deck_text, write_export
 from export_writers import (
-    write_abaqus_job,
-    write_ansys_mmf_job,
     write_dof_table,
     write_full,
-    write_hbmat_job,
     write_matrix_market_job,
 )
-from own_fe import brick_block, flexure_block, frequencies
+from own_fe import brick_block, frequencies
 from reader_checks import assert_damage_is_answered, assert_same_part
 from scipy import io as scipy_io
 from scipy import sparse
@@ -234,52 +229,6 @@ def test_damage_never_gives_another_exception(tmp_path, market):
         folder.mkdir()
         write(folder / name)
         assert_damage_is_answered(folder, lambda path=folder / name: fi.read(path, units="SI"), range(80), at_least=0)
-
-
-def test_one_part_through_every_format_gives_one_reduced_body(tmp_path):
-    model = flexure_block()
-    formats = {
-        "calculix": lambda folder: fi.read(write_export(folder, model, digits=16)),
-        "hbmat": lambda folder: fi.read(write_hbmat_job(folder, model), units="SI"),
-        "mmf": lambda folder: fi.read(
-            write_ansys_mmf_job(folder, model),
-            units="SI",
-            nodes=folder / "nodes.txt",
-            mapping=folder / "map.txt",
-            node_sets=model.node_sets,
-        ),
-        "matrix market": lambda folder: read_market(write_matrix_market_job(folder, model)),
-    }
-    for layout in ("MATRIX INPUT", "LABELS", "COORDINATE"):
-        formats[layout] = lambda folder, layout=layout: fi.read(write_abaqus_job(folder, model, layout), units="SI")
-    interfaces = {"base": "LEFT", "tip": "RIGHT"}
-    reference = fi.reduce(fi.FEModel.from_arrays(**model.arrays), interfaces, 6e4)
-    own = frequencies(reference.K, reference.M)[6:]
-    for name, read in formats.items():
-        body = fi.reduce(read(tmp_path / name), interfaces, 6e4)
-        assert body.mass == pytest.approx(reference.mass, rel=1e-12), name
-        np.testing.assert_allclose(body.inertia, reference.inertia, rtol=1e-9, atol=1e-12 * reference.inertia.max())
-        assert body.K.shape == reference.K.shape
-        np.testing.assert_allclose(frequencies(body.K, body.M)[6:], own, rtol=1e-8, err_msg=name)
-        frames = slice(0, 12)
-        np.testing.assert_allclose(
-            body.K[frames, frames], reference.K[frames, frames], rtol=1e-7, atol=1e-9 * reference.K.max(), err_msg=name
-        )
-
-
-def test_the_export_of_ccx_and_ours_agree(run_ccx, tmp_path):
-    """The same mesh assembled by ccx itself, C3D8 with its own integration, and passed on in Ansys' format."""
-    deck = tmp_path / "block.inp"
-    deck.write_text(deck_text(BLOCK))
-    run_ccx(deck)
-    part = fi.read(deck)
-
-    class OfCcx:
-        K, M, dofs, positions, node_sets = part.K, part.M, part.dofs, BLOCK.positions, BLOCK.node_sets
-
-    passed_on = fi.read(write_hbmat_job(tmp_path / "hb", OfCcx), units="SI")
-    bodies = [fi.reduce(item, {"left": "LEFT", "right": "RIGHT"}, 3e5) for item in (part, passed_on)]
-    np.testing.assert_allclose(*[frequencies(body.K, body.M)[6:] for body in bodies], rtol=1e-9)
 
 
 def test_text_is_read_no_slower_than_by_loadtxt(tmp_path):
