@@ -154,6 +154,9 @@ def _read_equation_mapping(path: Path) -> IntArray:
     """Read HBMAT's lines "equation node UX" into (n, 2) node, direction; headings are passed over."""
     content = read_bytes(path)
     refuse_cut_text(content, path.name)
+    regular = _regular_mapping(content)
+    if regular is not None:
+        return regular
     found: list[tuple[int, int]] = []
     for number, line in enumerate(text_of(content).splitlines(), start=1):
         match = _MAPPING_LINE.match(line)
@@ -177,6 +180,21 @@ def _read_equation_mapping(path: Path) -> IntArray:
     if not found:
         raise ExportError(f"{path.name} holds no line 'equation node UX'.")
     return np.array(found, dtype=np.int64)
+
+
+def _regular_mapping(content: bytes) -> IntArray | None:
+    """Return the mapping of one heading and lines of three words; None where it is not just that."""
+    _, _, body = content.partition(b"\n")
+    words = body.split()
+    equations, nodes, names = words[::3], words[1::3], words[2::3]
+    directions = {name: DIRECTIONS.get(name.decode("latin-1").upper(), 0) for name in set(names)}
+    n = len(names)
+    regular = n > 0 and len(words) == 3 * n == 3 * body.count(b"\n") and 0 not in directions.values()
+    if not regular or not b"".join(nodes).isdigit() or len(max(nodes, key=len)) > 15:
+        return None
+    if equations != [b"%d" % number for number in range(1, n + 1)]:
+        return None
+    return np.column_stack([np.array(nodes, dtype=np.int64), [directions[name] for name in names]])
 
 
 def _read_node_vector(path: Path, size: int) -> IntArray:
