@@ -40,6 +40,10 @@ class RecordError(IbsdynError, ValueError):
     """A time record, or a file of one, that cannot be right."""
 
 
+class MissingRecordError(RecordError, FileNotFoundError):
+    """A file of a time record that is not there."""
+
+
 class RecordWarning(UserWarning):
     """A suspicious record that is used all the same."""
 
