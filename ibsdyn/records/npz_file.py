@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zipfile
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +28,7 @@ def read_npz(path: Path, time: str | bool | None) -> Columns:
             raise RecordError(f"{path.name} unpacks to {unpacked} bytes, far more than a record of its size. Damaged?")
         with np.load(path, allow_pickle=False) as archive_of_arrays:
             arrays = {name: np.asarray(archive_of_arrays[name]) for name in archive_of_arrays.files}
-    except (OSError, ValueError, EOFError, KeyError, NotImplementedError, zipfile.BadZipFile) as error:
+    except (OSError, ValueError, EOFError, KeyError, NotImplementedError, zlib.error, zipfile.BadZipFile) as error:
         if isinstance(error, RecordError):
             raise
         raise RecordError(

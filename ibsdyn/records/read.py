@@ -76,7 +76,8 @@ def read_record(
     for channel, place in zip(chosen, places, strict=True):
         raw = columns.values[place]
         _warn_of_suspicious(channel.name, raw, columns.source)
-        values, unit = _physical(channel, raw, columns.units[place], columns)
+        with np.errstate(over="ignore", invalid="ignore"):  # TimeRecord refuses what is not finite, and says where
+            values, unit = _physical(channel, raw, columns.units[place], columns)
         signals.append(values)
         units.append(unit)
     return TimeRecord(
