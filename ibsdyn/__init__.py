@@ -13,6 +13,7 @@ from ibsdyn.errors import (
     UnknownNameError,
 )
 from ibsdyn.frequency_response import FrequencyResponse
+from ibsdyn.identification import DetectionLines, FrfEstimate, estimate_frf
 from ibsdyn.linear_system import LinearSystem
 from ibsdyn.model import Model
 from ibsdyn.modes import Modes
@@ -25,11 +26,13 @@ __all__ = [
     "AnalysisError",
     "BaseMotion",
     "Connection",
+    "DetectionLines",
     "EngineError",
     "Fixation",
     "FlexibleBody",
     "Force",
     "FrequencyResponse",
+    "FrfEstimate",
     "IbsdynError",
     "Inertia1D",
     "LinearSystem",
@@ -46,5 +49,6 @@ __all__ = [
     "Torque",
     "UnknownKeywordError",
     "UnknownNameError",
+    "estimate_frf",
     "required_stiffness",
 ]
