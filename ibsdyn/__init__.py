@@ -1,5 +1,6 @@
 """Dynamics of precision machines by bookkeeping: components in, modes and frequency responses out."""
 
+from ibsdyn.comparison import Comparison, compare
 from ibsdyn.components import Connection, Fixation, FlexibleBody, Inertia1D, RigidBody
 from ibsdyn.errors import (
     AnalysisError,
@@ -25,6 +26,7 @@ from ibsdyn.time_record import TimeRecord
 __all__ = [
     "AnalysisError",
     "BaseMotion",
+    "Comparison",
     "Connection",
     "DetectionLines",
     "EngineError",
@@ -49,6 +51,7 @@ __all__ = [
     "Torque",
     "UnknownKeywordError",
     "UnknownNameError",
+    "compare",
     "estimate_frf",
     "required_stiffness",
 ]

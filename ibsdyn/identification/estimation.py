@@ -18,7 +18,7 @@ from ibsdyn.identification.cross_spectra import CrossSpectra
 from ibsdyn.identification.estimators import ESTIMATORS, Regression, h1, h2, hv
 from ibsdyn.identification.frf_estimate import FrfEstimate
 from ibsdyn.identification.periodic import periodic_estimate
-from ibsdyn.identification.resolution import half_power_peaks
+from ibsdyn.resonances import find_resonances
 from ibsdyn.time_record import TimeRecord
 
 # Which options mean something to which method.
@@ -200,7 +200,7 @@ def _from_spectra(channels: Channels, spectra: CrossSpectra, regression: Regress
 
 def _warn_of_narrow_peaks(estimate: FrfEstimate, method: str) -> None:
     known = bool(np.all(estimate.degrees_of_freedom > 0))
-    peaks = half_power_peaks(estimate, estimate.radius(0.99) if known else None)
+    peaks = find_resonances(estimate, estimate.radius(0.99) if known else None)
     needed = _WIDTH_OVER_RESOLUTION[method]
     narrow = [peak for peak in peaks if peak.width < needed * estimate.resolution]
     if not narrow:
