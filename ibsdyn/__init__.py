@@ -1,6 +1,7 @@
 """Dynamics of precision machines by bookkeeping: components in, modes and frequency responses out."""
 
 from ibsdyn.accelerometers import Accelerometer, accelerometer_record, bracket, motion_sensors
+from ibsdyn.comparison import Comparison, compare
 from ibsdyn.components import Connection, Fixation, FlexibleBody, Inertia1D, RigidBody
 from ibsdyn.errors import (
     AnalysisError,
@@ -15,6 +16,7 @@ from ibsdyn.errors import (
     UnknownNameError,
 )
 from ibsdyn.frequency_response import FrequencyResponse
+from ibsdyn.identification import DetectionLines, FrfEstimate, estimate_frf
 from ibsdyn.linear_system import LinearSystem
 from ibsdyn.model import Model
 from ibsdyn.modes import Modes
@@ -31,12 +33,15 @@ __all__ = [
     "AnalysisError",
     "BaseMotion",
     "Channel",
+    "Comparison",
     "Connection",
+    "DetectionLines",
     "EngineError",
     "Fixation",
     "FlexibleBody",
     "Force",
     "FrequencyResponse",
+    "FrfEstimate",
     "IbsdynError",
     "Inertia1D",
     "LinearSystem",
@@ -57,6 +62,8 @@ __all__ = [
     "UnknownNameError",
     "accelerometer_record",
     "bracket",
+    "compare",
+    "estimate_frf",
     "motion_sensors",
     "read_record",
     "required_stiffness",
