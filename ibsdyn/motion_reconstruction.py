@@ -13,6 +13,7 @@ from ibsdyn.axes import DIRECTIONS, Array, is_rotation, rigid_transfer, skew
 from ibsdyn.components import Point
 from ibsdyn.errors import AnalysisError, ModelError, ModelWarning, RecordError, known_keywords
 from ibsdyn.frequency_response import FrequencyResponse
+from ibsdyn.identification import FrfEstimate
 from ibsdyn.time_record import TimeRecord
 from ibsdyn.validation import numbers_of, point
 
@@ -162,11 +163,15 @@ class MotionReconstruction:
 
         Parameters
         ----------
-        frf : (n_out, n, n_freq) with the accelerometers as inputs, found by name.
+        frf : (n_out, n, n_freq) with the accelerometers as inputs, found by name; measured or predicted.
+
+        Returns
+        -------
+        What was given: a FrequencyResponse, or a FrfEstimate with its covariance turned to the new inputs.
 
         Notes
         -----
-        G_motion = G_accelerometers R.
+        G_motion = G_accelerometers R; the inverse power of the inputs becomes R^T P R.
 
         Raises
         ------
@@ -174,7 +179,18 @@ class MotionReconstruction:
         """
         chosen = frf.select(inputs=list(self.names))
         response = np.einsum("osf,sd->odf", chosen.response, self.matrix)
-        return _plain(chosen, response, self.motion_names, _UNITS)
+        if not isinstance(chosen, FrfEstimate):
+            return replace(chosen, response=response, inputs=self.motion_names, input_units=_UNITS)
+        before = np.einsum("jjf->jf", chosen.input_gain).real
+        gain = np.einsum("sd,stf,te->def", self.matrix, chosen.input_gain, self.matrix)
+        after = np.einsum("jjf->jf", gain).real
+        estimate = replace(chosen, response=response, inputs=self.motion_names, input_units=_UNITS, input_gain=gain)
+        if chosen.noise_level is None:
+            return estimate
+        # Noise and distortion of an output reach each response with the root of that input's gain.
+        noise = chosen.noise_level[:, :1] / np.sqrt(before[:1]) * np.sqrt(after)
+        beyond = None if chosen.distortion_level is None else np.sqrt(np.maximum(estimate.variance - noise**2, 0.0))
+        return replace(estimate, noise_level=noise, distortion_level=beyond)
 
     def to_accelerometers(self, frf: FrequencyResponse) -> FrequencyResponse:
         """Return responses to the accelerometers' readings out of responses to the six accelerations of the point.
@@ -197,7 +213,15 @@ class MotionReconstruction:
                 f"{frf.inputs} in {frf.input_units}."
             )
         response = np.einsum("odf,ds->osf", frf.response, self.inverse)
-        return _plain(frf, response, self.names, (UNIT,) * len(self.names))
+        # Statistics of an estimate are not turned round: what comes back is a response and nothing else.
+        return FrequencyResponse(
+            frequencies=frf.frequencies,
+            response=response,
+            outputs=frf.outputs,
+            inputs=self.names,
+            output_units=frf.output_units,
+            input_units=(UNIT,) * len(self.names),
+        )
 
     def _readings(self, record: TimeRecord) -> Array:
         chosen = record.select(self.names)
@@ -205,20 +229,6 @@ class MotionReconstruction:
             if unit != UNIT:
                 raise RecordError(f"{record.title}: channel {name!r} is in {unit!r}; accelerations are in {UNIT}.")
         return chosen.signals
-
-
-def _plain(
-    frf: FrequencyResponse, response: np.ndarray, inputs: tuple[str, ...], units: tuple[str, ...]
-) -> FrequencyResponse:
-    """A new basis has no variance of its own elements any more: what is returned is a response and nothing else."""
-    return FrequencyResponse(
-        frequencies=frf.frequencies,
-        response=response,
-        outputs=frf.outputs,
-        inputs=inputs,
-        output_units=frf.output_units,
-        input_units=units,
-    )
 
 
 def _rows(listed: Sequence[Accelerometer], about: Array) -> Array:
