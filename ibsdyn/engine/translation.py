@@ -1,55 +1,29 @@
-"""The translation of an assembly to Exudyn, and the system Jacobians that come back; the only importer of Exudyn."""
+"""The translation of an assembly to Exudyn: its nodes, objects and markers, and the way back to its coordinates."""
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import Any, Literal
-
-import numpy as np
-
-# Exudyn reads a settings file from the user's home on import unless told otherwise.
-os.environ.setdefault("EXUDYN_NO_USER_SETTINGS", "1")
 
 import exudyn as exu
 import exudyn.itemInterface as eii  # noqa: N813  # Exudyn's own abbreviation
+import numpy as np
 from exudyn.rigidBodyUtilities import RigidBodyInertia
 
 from ibsdyn.assembly import Assembly, Joint
-from ibsdyn.axes import Array, is_rotation, rigid_transfer
+from ibsdyn.axes import Array, is_rotation
 from ibsdyn.components import Fixation, FlexibleBody, Inertia1D, RigidBody
-from ibsdyn.elastic_parts import damping_size, stiffness_size
-from ibsdyn.errors import EngineError, ModelError, nearest
+from ibsdyn.errors import ModelError, nearest
 from ibsdyn.floating_frame import FloatingFrame
 
 FlexibleMapping = Literal["small-deflection", "floating-frame"]
 FLEXIBLE_MAPPINGS = ("small-deflection", "floating-frame")
-
-# Jacobians of rigid models are symmetric to 1e-12; a floating frame's are differentiated numerically (1e-6).
-ASYMMETRY_LIMIT = {"small-deflection": 1e-9, "floating-frame": 1e-4}
-# Antisymmetric entries of C up to this rate [1/s] times the inertia, times the limit above, are rounding.
-GYROSCOPIC_RATE = 10.0
-# Frames at or within a nanometre of each other are one frame.
-SAME_POINT = 1e-9
-
-
-@dataclass(frozen=True, eq=False)
-class FullMatrices:
-    """M, C, K over all coordinates of an assembly, base included, before any lock is applied.
-
-    K_size (N,) is the scale of K's rounding: its diagonal if nothing cancelled in it.
-    """
-
-    M: Array
-    C: Array
-    K: Array
-    K_size: Array
+Points = Sequence[tuple[str, Array]]
 
 
 @contextmanager
-def _silent() -> Iterator[None]:
+def silent() -> Iterator[None]:
     """Keep Exudyn from printing, and give the process its settings back afterwards."""
     config = exu.config
     before = (config.printToConsole, config.suppressWarnings)
@@ -60,90 +34,52 @@ def _silent() -> Iterator[None]:
         config.printToConsole, config.suppressWarnings = before
 
 
-def linearized_matrices(assembly: Assembly, flexible: FlexibleMapping = "small-deflection") -> FullMatrices:
-    """Return Exudyn's mass matrix and the Jacobians of its forces in the undeformed state.
-
-    Parameters
-    ----------
-    assembly : coordinates and joints; n coordinates.
-    flexible : "small-deflection" (reduced matrices as they are) or "floating-frame" (large rigid motion of
-        flexible bodies, the form that nonlinear simulations need; linearised it is the same).
-
-    Returns
-    -------
-    FullMatrices of (n, n) arrays: M [kg, kg m, kg m²], C and K of the finite springs and dampers [SI].
+def checked_mapping(flexible: str) -> None:
+    """Refuse a representation of flexible bodies that is none.
 
     Raises
     ------
-    ModelError : unknown ``flexible``, or a flexible body without what a floating frame needs.
-    EngineError : Exudyn refuses the model or its Jacobians are unsymmetric or not finite.
+    ModelError : unknown ``flexible``.
     """
     if flexible not in FLEXIBLE_MAPPINGS:
-        raise ModelError(f"flexible={flexible!r} is not known. {nearest(flexible, FLEXIBLE_MAPPINGS)}")
-    with _silent():
-        try:
-            raw, to_raw = _exudyn_matrices(assembly, flexible)
-        except (exu.ExudynError, RuntimeError) as error:
-            raise EngineError(f"Exudyn refused the model: {error}") from error
-    M, K, C = (to_raw.T @ matrix @ to_raw for matrix in raw)
-    limit = ASYMMETRY_LIMIT[flexible]
-    K_size = stiffness_size(assembly)
-    return FullMatrices(
-        M=_symmetric(M, "M", limit, np.abs(np.diag(M))),
-        # Exudyn finds the velocity Jacobian of the gyroscopic terms by differences, about 1e-10 rad/s beside rest.
-        C=_symmetric(C, "C", limit, damping_size(assembly) + GYROSCOPIC_RATE * np.abs(np.diag(M))),
-        K=_symmetric(K, "K", limit, K_size),
-        K_size=K_size,
-    )
+        raise ModelError(f"flexible={flexible!r} is not known. {nearest(str(flexible), FLEXIBLE_MAPPINGS)}")
 
 
-def _symmetric(matrix: Array, letter: str, limit: float, size: Array) -> Array:
-    """Return the symmetric part after checking that nothing but rounding is lost.
+class Translation:
+    """The Exudyn nodes, objects and markers of an assembly; its locked directions are left to the caller.
 
     Parameters
     ----------
-    size : (N,) scale of each diagonal entry before anything cancels in it.
+    assembly : coordinates and joints.
+    mbs : an empty Exudyn system; the caller assembles it.
+    flexible : how flexible bodies are represented.
+    points : (address, (3,) position) of points of interfaces, beyond frames and elastic centres, that get markers.
+
+    Attributes
+    ----------
+    nodes : by item or interface; that of a flexible body's own name holds its modes.
+    objects : by item; an interface in small deflection is a massless body that moves with its node.
+    floating, floating_nodes : by flexible body in a floating frame: its constants; frame node and node of modes.
+    springs : the spring of each joint that has one, by connection.
     """
-    asymmetry = np.abs(matrix - matrix.T)
-    if not np.isfinite(matrix).all() or (asymmetry > limit * np.sqrt(np.outer(size, size))).any():
-        raise EngineError(
-            f"Exudyn's {letter} is unsymmetric (by up to {asymmetry.max():.2g}) or not finite; please report the model."
-        )
-    symmetric: Array = 0.5 * (matrix + matrix.T)
-    return symmetric
 
-
-def _exudyn_matrices(assembly: Assembly, flexible: FlexibleMapping) -> tuple[list[Array], Array]:
-    container = exu.SystemContainer()
-    builder = _Builder(assembly, container.AddSystem(), flexible)
-    builder.build()
-    settings = exu.SimulationSettings()
-    # Dense Jacobians of 500 bodies take minutes, sparse ones a fraction of a second; the numbers are the same.
-    settings.linearSolver.solverType = exu.LinearSolverType.EigenSparse
-    raw = builder.mbs.ComputeLinearizedSystem(simulationSettings=settings)[:3]
-    return [np.asarray(m, dtype=float) for m in raw], builder.to_raw()
-
-
-class _Builder:
-    """One pass over an assembly that adds its Exudyn nodes, objects and markers."""
-
-    def __init__(self, assembly: Assembly, mbs: Any, flexible: FlexibleMapping) -> None:
+    def __init__(self, assembly: Assembly, mbs: Any, flexible: FlexibleMapping, points: Points = ()) -> None:
         self.assembly = assembly
+        self.points = points
         self.mbs = mbs
         self.flexible = flexible
         self.nodes: dict[str, int] = {}
         self.objects: dict[str, int] = {}
         self.floating: dict[str, FloatingFrame] = {}
         self.floating_nodes: dict[str, tuple[int, int]] = {}
-
-    def build(self) -> None:
+        self.springs: dict[str, int] = {}
         for item in [*self.assembly.bodies, *self.assembly.fixations]:
             if self.assembly.axis is not None:
                 self._add_inertia_1d(item.name, item.inertia if isinstance(item, Inertia1D) else 0.0)
             elif isinstance(item, RigidBody):
                 self._add_rigid_body(item)
             elif isinstance(item, Fixation):
-                self._add_fixation(item)
+                self._add_massless_body(item.name, np.array(item.position))
             elif isinstance(item, FlexibleBody):
                 if self.flexible == "floating-frame":
                     self._add_floating_frame(item)
@@ -151,8 +87,7 @@ class _Builder:
                     self._add_small_deflection(item)
         for joint in self.assembly.joints:
             if joint.stiffness.any() or joint.damping.any():
-                self._add_joint(joint)
-        self.mbs.Assemble()
+                self._add_spring(joint)
 
     # -- bodies
 
@@ -177,12 +112,12 @@ class _Builder:
             eii.ObjectRigidBody(nodeNumber=node, physicsMass=body.mass, physicsInertia=inertia.GetInertia6D())
         )
 
-    def _add_fixation(self, fixation: Fixation) -> None:
-        # A body without mass: its rows of the Jacobians become the base columns of the linear system.
-        node = self._rigid_node(np.array(fixation.position))
-        self.nodes[fixation.name] = node
-        self.objects[fixation.name] = self.mbs.AddObject(
-            eii.ObjectRigidBody(nodeNumber=node, physicsMass=0.0, physicsInertia=[0.0] * 6)
+    def _add_massless_body(self, name: str, position: Array) -> None:
+        # Rows of a fixation in the Jacobians become the base columns of the linear system. A marker on a node takes
+        # no lever, one on a body does: so an interface has a massless body too.
+        self.nodes[name] = self._rigid_node(position)
+        self.objects[name] = self.mbs.AddObject(
+            eii.ObjectRigidBody(nodeNumber=self.nodes[name], physicsMass=0.0, physicsInertia=[0.0] * 6)
         )
 
     def _generic_node(self, count: int) -> int:
@@ -203,7 +138,7 @@ class _Builder:
         order: list[int] = []
         for interface in reduced.interfaces:
             address = f"{body.name}.{interface}"
-            self.nodes[address] = self._rigid_node(self.assembly.frames[address])
+            self._add_massless_body(address, self.assembly.frames[address])
             nodes.append(self.nodes[address])
             first = reduced.coordinates.index(f"{interface}.x")
             order += range(first, first + 6)
@@ -213,7 +148,7 @@ class _Builder:
             nodes.append(self.nodes[body.name])
         pick = np.ix_(order + modes, order + modes)
         damping = reduced.C if reduced.C is not None else np.zeros_like(reduced.K)
-        self.mbs.AddObject(
+        self.objects[body.name] = self.mbs.AddObject(
             eii.ObjectGenericODE2(
                 nodeNumbers=nodes,
                 massMatrix=reduced.M[pick],
@@ -226,6 +161,9 @@ class _Builder:
         frame = FloatingFrame(body)
         for interface, at in body.reduced.interfaces.items():
             frame.add_cross(interface, np.array(at.position, dtype=float))
+        for address, point in self.points:
+            if address.split(".", 1)[0] == body.name and "." in address:
+                frame.add_cross(address.split(".", 1)[1], point)
         for joint in self.assembly.joints:
             for end in (joint.connection.item1, joint.connection.item2):
                 if "." in end and end.split(".", 1)[0] == body.name:
@@ -257,46 +195,49 @@ class _Builder:
 
     # -- joints
 
-    def _add_joint(self, joint: Joint) -> None:
-        ends = (joint.connection.item1, joint.connection.item2)
+    def _add_spring(self, joint: Joint) -> None:
         if self.assembly.axis is not None:
-            markers = [
-                self.mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=self.nodes[end], coordinate=0)) for end in ends
-            ]
-            self.mbs.AddObject(
+            self.springs[joint.name] = self.mbs.AddObject(
                 eii.ObjectConnectorCoordinateSpringDamper(
-                    markerNumbers=markers, stiffness=joint.stiffness[0, 0], damping=joint.damping[0, 0]
+                    markerNumbers=self.joint_markers(joint),
+                    stiffness=joint.stiffness[0, 0],
+                    damping=joint.damping[0, 0],
                 )
             )
             return
-        frames = [self.assembly.frames[end] for end in ends if self._is_node_frame(end)]
-        if len(frames) == 2 and np.abs(frames[0] - frames[1]).max() > SAME_POINT:
-            self._add_joint_matrix(joint)
-            return
-        # A marker on a node takes no lever. A marker on a body does; so both ends meet at the node's frame and
-        # the stiffness is carried there from the elastic centre.
-        meeting = frames[0] if frames else joint.centre
-        carry = rigid_transfer(joint.centre - meeting)
-        self.mbs.AddObject(
+        self.springs[joint.name] = self.mbs.AddObject(
             eii.ObjectConnectorRigidBodySpringDamper(
-                markerNumbers=[self._marker(end, meeting, joint.centre) for end in ends],
-                stiffness=carry.T @ joint.stiffness @ carry,
-                damping=carry.T @ joint.damping @ carry,
+                markerNumbers=self.joint_markers(joint),
+                stiffness=joint.stiffness,
+                damping=joint.damping,
                 # The intrinsic formulation's Jacobian of the damper is wrong by 20 to 30 % (exudyn 1.13.6).
                 intrinsicFormulation=False,
             )
         )
 
-    def _is_node_frame(self, end: str) -> bool:
-        return "." in end and self.flexible == "small-deflection"
+    def joint_markers(self, joint: Joint) -> list[int]:
+        """Return markers of both ends of a joint, in its elastic centre."""
+        ends = (joint.connection.item1, joint.connection.item2)
+        if self.assembly.axis is not None:
+            return [self.coordinate_marker(self.nodes[end], 0) for end in ends]
+        return [self.marker(end, joint.centre) for end in ends]
 
-    def _marker(self, end: str, meeting: Array, centre: Array) -> int:
+    def coordinate_marker(self, node: int, coordinate: int) -> int:
+        """Return a marker of one coordinate of a node."""
+        marker: int = self.mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=coordinate))
+        return marker
+
+    def marker(self, name: str, point: Array) -> int:
+        """Return a marker of a point of a rigid body, a fixation or an interface.
+
+        Parameters
+        ----------
+        point : (3,) global axes [m]; on an interface in a floating frame, one that has its cross of mesh points.
+        """
         marker: int
-        if self._is_node_frame(end):
-            marker = self.mbs.AddMarker(eii.MarkerNodeRigid(nodeNumber=self.nodes[end]))
-        elif "." in end:
-            body, interface = end.split(".", 1)
-            mesh_nodes = self.floating[body].cross_nodes(interface, centre)
+        if "." in name and self.flexible == "floating-frame":
+            body, interface = name.split(".", 1)
+            mesh_nodes = self.floating[body].cross_nodes(interface, point)
             marker = self.mbs.AddMarker(
                 eii.MarkerSuperElementRigid(
                     bodyNumber=self.objects[body],
@@ -305,23 +246,9 @@ class _Builder:
                 )
             )
         else:
-            local = meeting - self.assembly.frames[end]
-            marker = self.mbs.AddMarker(eii.MarkerBodyRigid(bodyNumber=self.objects[end], localPosition=local))
+            local = point - self.assembly.frames[name]
+            marker = self.mbs.AddMarker(eii.MarkerBodyRigid(bodyNumber=self.objects[name], localPosition=local))
         return marker
-
-    def _add_joint_matrix(self, joint: Joint) -> None:
-        # Two interface frames at different points: one stiffness matrix over both nodes.
-        ends = (joint.connection.item1, joint.connection.item2)
-        columns = np.r_[self.assembly.places[ends[0]], self.assembly.places[ends[1]]]
-        relative = joint.relative[:, columns]
-        self.mbs.AddObject(
-            eii.ObjectGenericODE2(
-                nodeNumbers=[self.nodes[end] for end in ends],
-                massMatrix=np.zeros((12, 12)),
-                stiffnessMatrix=relative.T @ joint.stiffness @ relative,
-                dampingMatrix=relative.T @ joint.damping @ relative,
-            )
-        )
 
     # -- back to the model's coordinates
 
