@@ -6,6 +6,16 @@ import os
 os.environ.setdefault("EXUDYN_NO_USER_SETTINGS", "1")
 
 from ibsdyn.engine.linearization import FullMatrices, linearized_matrices
-from ibsdyn.engine.translation import FlexibleMapping
+from ibsdyn.engine.time_integration import BaseDrive, LoadDrive, StartState, TimeIntegration
+from ibsdyn.engine.translation import FlexibleMapping, checked_mapping
 
-__all__ = ["FlexibleMapping", "FullMatrices", "linearized_matrices"]
+__all__ = [
+    "BaseDrive",
+    "FlexibleMapping",
+    "FullMatrices",
+    "LoadDrive",
+    "StartState",
+    "TimeIntegration",
+    "checked_mapping",
+    "linearized_matrices",
+]

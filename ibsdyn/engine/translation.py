@@ -61,6 +61,8 @@ class Translation:
     objects : by item; an interface in small deflection is a massless body that moves with its node.
     floating, floating_nodes : by flexible body in a floating frame: its constants; frame node and node of modes.
     springs : the spring of each joint that has one, by connection.
+    body_nodes, orders : by flexible body in small deflection: its nodes, and the places of their coordinates among
+        those of its reduced matrices.
     """
 
     def __init__(self, assembly: Assembly, mbs: Any, flexible: FlexibleMapping, points: Points = ()) -> None:
@@ -73,6 +75,8 @@ class Translation:
         self.floating: dict[str, FloatingFrame] = {}
         self.floating_nodes: dict[str, tuple[int, int]] = {}
         self.springs: dict[str, int] = {}
+        self.body_nodes: dict[str, list[int]] = {}
+        self.orders: dict[str, list[int]] = {}
         for item in [*self.assembly.bodies, *self.assembly.fixations]:
             if self.assembly.axis is not None:
                 self._add_inertia_1d(item.name, item.inertia if isinstance(item, Inertia1D) else 0.0)
@@ -146,6 +150,7 @@ class Translation:
         if modes:
             self.nodes[body.name] = self._generic_node(len(modes))
             nodes.append(self.nodes[body.name])
+        self.body_nodes[body.name], self.orders[body.name] = nodes, order + modes
         pick = np.ix_(order + modes, order + modes)
         damping = reduced.C if reduced.C is not None else np.zeros_like(reduced.K)
         self.objects[body.name] = self.mbs.AddObject(
@@ -252,32 +257,46 @@ class Translation:
 
     # -- back to the model's coordinates
 
+    def item_nodes(self, name: str) -> list[int]:
+        """Return the nodes of an item, in the order of the rows of ``_to_nodes``."""
+        if not isinstance(self.assembly.items.get(name), FlexibleBody):
+            return [self.nodes[name]]
+        return list(self.floating_nodes[name]) if self.flexible == "floating-frame" else self.body_nodes[name]
+
+    def _to_nodes(self, name: str) -> Array:
+        """Return the (n_node, n_item) matrix from an item's coordinates to those of its nodes."""
+        place = self.assembly.places[name]
+        if name in self.floating:
+            return self.floating[name].to_raw()
+        size = place.stop - place.start
+        return np.eye(size)[self.orders.get(name, list(range(size)))]
+
     def to_raw(self) -> Array:
-        """Return the (n_exudyn, n) matrix from the model's coordinates to Exudyn's."""
-        assembly = self.assembly
-        size = self.mbs.systemData.ODE2Size()
-        to_raw = np.zeros((size, len(assembly.names)))
-
-        def rows(node: int) -> list[int]:
-            return list(self.mbs.systemData.GetNodeLTGODE2(node))
-
-        for item in [*assembly.bodies, *assembly.fixations]:
-            place = assembly.places[item.name]
-            if not isinstance(item, FlexibleBody):
-                to_raw[rows(self.nodes[item.name]), place] = np.eye(place.stop - place.start)
-            elif self.flexible == "floating-frame":
-                frame_rows = [row for node in self.floating_nodes[item.name] for row in rows(node)]
-                to_raw[frame_rows, place] = self.floating[item.name].to_raw()
-            else:
-                used: set[int] = set()
-                for interface in item.reduced.interfaces:
-                    address = f"{item.name}.{interface}"
-                    to_raw[rows(self.nodes[address]), assembly.places[address]] = np.eye(6)
-                    used.update(range(assembly.places[address].start, assembly.places[address].stop))
-                modes = [i for i in range(place.start, place.stop) if i not in used]
-                if modes:
-                    to_raw[np.ix_(rows(self.nodes[item.name]), modes)] = np.eye(len(modes))
+        """Return the (n_exudyn, n) matrix from the model's coordinates to Exudyn's; the system is assembled."""
+        to_raw = np.zeros((self.mbs.systemData.ODE2Size(), len(self.assembly.names)))
+        for name in self.assembly.items:
+            rows = [row for node in self.item_nodes(name) for row in self._rows(node)]
+            to_raw[rows, self.assembly.places[name]] = self._to_nodes(name)
         return to_raw
+
+    def from_nodes(self, names: Sequence[str]) -> tuple[list[int], Array]:
+        """Return the nodes of items, and the (n, n_node) matrix from their coordinates to the model's, linearised."""
+        nodes: list[int] = []
+        blocks: list[Array] = []
+        for name in names:
+            nodes += self.item_nodes(name)
+            # Of full column rank: the pseudo-inverse is the inverse that leaves out the scalar Euler parameter.
+            inverse = np.linalg.pinv(self._to_nodes(name))
+            blocks.append(np.zeros((len(self.assembly.names), inverse.shape[1])))
+            blocks[-1][self.assembly.places[name]] = inverse
+        return nodes, np.hstack(blocks)
+
+    def euler_parameter_rows(self) -> list[list[int]]:
+        """Return where the four Euler parameters of each floating frame are among Exudyn's coordinates."""
+        return [self._rows(rigid)[3:] for rigid, _ in self.floating_nodes.values()]
+
+    def _rows(self, node: int) -> list[int]:
+        return list(self.mbs.systemData.GetNodeLTGODE2(node))
 
 
 def _container(matrix: Array) -> Any:
