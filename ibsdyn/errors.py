@@ -36,6 +36,14 @@ class EngineError(IbsdynError, RuntimeError):
     """Exudyn refused a model or gave back matrices that contradict it."""
 
 
+class SimulationError(EngineError):
+    """A run in time that stalls, diverges or cannot begin."""
+
+
+class ExcitationError(IbsdynError, ValueError):
+    """A signal that cannot be made, or that does not fit the run that it should drive."""
+
+
 class RecordError(IbsdynError, ValueError):
     """A time record, or a file of one, that cannot be right."""
 
@@ -46,6 +54,10 @@ class MissingRecordError(RecordError, FileNotFoundError):
 
 class RecordWarning(UserWarning):
     """A suspicious record that is used all the same."""
+
+
+class SimulationWarning(UserWarning):
+    """A run in time that is made all the same, though its result may mislead."""
 
 
 class ModelWarning(UserWarning):
