@@ -105,14 +105,7 @@ def simulate(
         recorded=recorded_items(task.sensors, assembly, flexible),
     )
     with _bar(title, steps * (task.n_samples - 1), progress) as bar:
-        coordinates = run.run(
-            state,
-            step,
-            steps,
-            task.n_samples,
-            _tolerance(system, loads, bases, tables, step),
-            lambda made: bar.update(made - bar.n),
-        )
+        coordinates = run.run(state, step, steps, task.n_samples, _tolerance(system, loads, bases, tables, step), lambda made: bar.update(made - bar.n))
     responses = sensor_signals(task.sensors, coordinates, assembly, flexible)
     driven = [_over(e.samples, task.n_samples) for e in task.excitations]
     signals: tuple[Input | Sensor, ...] = (*task.inputs, *task.sensors)
