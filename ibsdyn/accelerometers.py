@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -12,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from ibsdyn.axes import Array
 from ibsdyn.components import Point
-from ibsdyn.errors import ModelError, RecordError, RecordWarning, known_keywords
+from ibsdyn.errors import ModelError, RecordError, RecordWarning, known_keywords, warn_user
 from ibsdyn.signals import Direction, Sensor
 from ibsdyn.time_record import TimeRecord
 from ibsdyn.validation import checked_names, number, numbers_of, point
@@ -284,12 +283,11 @@ def _clipped(shown: Array, one: Accelerometer, title: str) -> Array:
     beyond = int((np.abs(shown) > one.range).sum())
     if beyond == 0:
         return shown
-    warnings.warn(
+    warn_user(
         f"{title}: accelerometer {one.name!r} goes up to {np.abs(shown).max():.4g} m/s², beyond its range of "
         f"{one.range:g}; {beyond} of {shown.size} samples are clipped and its spectra are wrong at all frequencies. "
         "Lower the excitation or take a sensor of more range.",
         RecordWarning,
-        stacklevel=4,
     )
     clipped: Array = np.clip(shown, -one.range, one.range)
     return clipped

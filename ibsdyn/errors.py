@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+import os
+import sys
+import warnings
 from collections.abc import Iterable
 
+import fem_import
 from fem_import.errors import nearest_known
 from fem_import.keywords import known_keywords as keyword_check
+
+# Keywords are checked by a wrapper of fem_import's.
+_FOLDERS = tuple(os.path.dirname(os.path.abspath(path)) + os.sep for path in (__file__, fem_import.__file__))
 
 
 class IbsdynError(Exception):
@@ -77,6 +84,16 @@ def nearest(name: str, known: Iterable[str]) -> str:
     ``Did you mean 'mirror'? Known: 'base', 'mirror'.``
     """
     return nearest_known(name, known).strip()
+
+
+def warn_user(message: str, category: type[Warning]) -> None:
+    """Issue a warning that points at the first line outside ibsdyn, by whatever route the call came."""
+    level = 1
+    frame = sys._getframe()
+    while frame.f_back is not None and os.path.abspath(frame.f_code.co_filename).startswith(_FOLDERS):
+        frame = frame.f_back
+        level += 1
+    warnings.warn(message, category, stacklevel=level)
 
 
 known_keywords = keyword_check(UnknownKeywordError)

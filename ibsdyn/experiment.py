@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -15,7 +14,7 @@ from ibsdyn.accelerometers import UNIT, Accelerometer, accelerometer_record, che
 from ibsdyn.axes import DIRECTIONS, Array
 from ibsdyn.components import Fixation, Point
 from ibsdyn.engine import FlexibleMapping
-from ibsdyn.errors import ModelError, ModelWarning, RecordError, known_keywords, nearest
+from ibsdyn.errors import ModelError, ModelWarning, RecordError, known_keywords, nearest, warn_user
 from ibsdyn.excitation import Excitation
 from ibsdyn.frequency_response import FrequencyResponse
 from ibsdyn.model import Model
@@ -326,11 +325,10 @@ class Campaign:
         readings = self.reconstruction.matrix @ moved.T
         rank = int(np.linalg.matrix_rank(readings, tol=1e-6 * float(np.linalg.norm(readings, 2))))
         if rank < 6:
-            warnings.warn(
+            warn_user(
                 f"the {len(self.orientations)} orientations move the module in {rank} of its six directions; responses "
                 "to six inputs need all of them. Mount it with x, y and z up in turn.",
                 ModelWarning,
-                stacklevel=4,
             )
 
     def _warn_of_stroke(self, excitation: Excitation) -> None:
@@ -342,10 +340,9 @@ class Campaign:
         lines[1:] /= -(omega[1:] ** 2)
         needed = float(np.ptp(scipy.fft.irfft(lines, excitation.n_samples)))
         if needed > self.platform.stroke:
-            warnings.warn(
+            warn_user(
                 f"{excitation.name} needs a stroke of {1e6 * needed:.3g} µm, the piezos have "
                 f"{1e6 * self.platform.stroke:.3g} µm; the simulation goes on, a bench would not. Lower the "
                 "amplitude at low frequencies: stroke grows with 1/f².",
                 ModelWarning,
-                stacklevel=4,
             )

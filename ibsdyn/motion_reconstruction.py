@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -11,7 +10,7 @@ import numpy as np
 from ibsdyn.accelerometers import UNIT, Accelerometer, checked_accelerometers
 from ibsdyn.axes import DIRECTIONS, Array, is_rotation, rigid_transfer, skew
 from ibsdyn.components import Point
-from ibsdyn.errors import AnalysisError, ModelError, ModelWarning, RecordError, known_keywords
+from ibsdyn.errors import AnalysisError, ModelError, ModelWarning, RecordError, known_keywords, warn_user
 from ibsdyn.frequency_response import FrequencyResponse
 from ibsdyn.identification import FrfEstimate
 from ibsdyn.time_record import TimeRecord
@@ -272,12 +271,11 @@ def _condition(listed: Sequence[Accelerometer], middle: Array) -> float:
         )
     condition = float(values[0] / values[5])
     if condition > _BADLY_SEEN:
-        warnings.warn(
+        warn_user(
             f"accelerometers {names} on {listed[0].item!r} see {_in_words(vectors[5], scale, middle)} {condition:.0f} "
             "times worse than other motions: noise and cross-axis errors are enlarged as much. Move one so that it "
             "sees this motion.",
             ModelWarning,
-            stacklevel=4,
         )
     return condition
 

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import os
-import warnings
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from ibsdyn.axes import Array
-from ibsdyn.errors import RecordError, RecordWarning, known_keywords
+from ibsdyn.errors import RecordError, RecordWarning, known_keywords, warn_user
 from ibsdyn.records.channel_table import Channel, Channels, channel_table
 from ibsdyn.records.columns import Columns
 from ibsdyn.records.csv_file import read_csv
@@ -176,10 +175,9 @@ def _physical(channel: Channel, raw: Array, said: str | None, columns: Columns) 
             )
         return scaled * (known_unit[0] / per_unit), measured
     if known_unit is None:
-        warnings.warn(
+        warn_user(
             f"{what}: unit {unit!r} is not known and kept as it is. Known: {', '.join(KNOWN)}.",
             RecordWarning,
-            stacklevel=4,
         )
         return scaled, unit
     return scaled * known_unit[0], known_unit[1]
@@ -190,16 +188,14 @@ def _warn_of_suspicious(name: str, raw: Array, source: str) -> None:
         return  # TimeRecord refuses it, and says where
     tops = flat_tops(raw)
     if tops is not None:
-        warnings.warn(
+        warn_user(
             f"{source}: channel {name!r} stays at its extreme value {tops.value:.6g} (as recorded) in {tops.places} "
             f"places, {tops.samples} samples in all: clipped? Its spectra are then wrong at all frequencies; measure "
             "again with less gain.",
             RecordWarning,
-            stacklevel=4,
         )
     elif raw.size > 1 and raw.min() == raw.max():
-        warnings.warn(
+        warn_user(
             f"{source}: channel {name!r} is constant ({raw[0]:g}). Is its sensor connected?",
             RecordWarning,
-            stacklevel=4,
         )
