@@ -183,7 +183,8 @@ def test_small_noisy_campaign_holds_the_model_in_its_regions_and_a_wrong_stiffne
 
 def test_nonlinearity_leaves_the_regions_at_the_same_signal_to_noise_ratio():
     small = _inside(*_records(0.1, 1e-3), _module())
-    large = _inside(*_records(6.0, 6e-2), _module())
+    # larger still, the scatter of the distortions widens the regions themselves
+    large = _inside(*_records(4.0, 4e-2), _module())
     assert large.mean() < small.mean() - 0.15
     assert large.min() < 0.5
 
