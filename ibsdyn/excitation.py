@@ -118,7 +118,7 @@ class Excitation:
         samples, good to 1e-4 where they are ten or more a period.
         """
         if factor == 1:
-            return self.samples.copy()
+            return np.array(self.samples)
         if self._circular:
             lines = np.asarray(scipy.fft.rfft(self.samples))
             if self.n_samples % 2 == 0:
@@ -149,8 +149,8 @@ class Excitation:
             )
         if abs(exact - count) > 1e-9 * exact:
             raise ExcitationError(
-                f"{self.name}: {self.n_samples / self.sample_rate:g} s are {exact:.6g} samples at {sample_rate:g} Hz, no "
-                f"whole number; {self.sample_rate:g} Hz or a multiple of it would fit."
+                f"{self.name}: {self.n_samples / self.sample_rate:g} s are {exact:.6g} samples at {sample_rate:g} Hz, "
+                f"no whole number; {self.sample_rate:g} Hz or a multiple of it would fit."
             )
         lines = np.asarray(scipy.fft.rfft(self.samples))
         highest = self.line_numbers.max(initial=0) * self.resolution

@@ -52,7 +52,7 @@ def derivatives(omega: Array, step: float) -> tuple[NDArray[np.complexfloating],
     place of i omega and -omega² answers exactly as the integrator does.
     """
     # expm1 keeps the digits of z - 1 where the step is a small part of the period.
-    less_one = np.expm1(1j * np.asarray(omega, dtype=float) * step)
+    less_one = np.expm1(np.asarray(1j * omega * step, dtype=complex))
     z = less_one + 1.0
     filtered = less_one**2 / (step**2 * (_BETA * z**2 + (0.5 + _GAMMA - 2 * _BETA) * z + (0.5 - _GAMMA + _BETA)))
     velocity = filtered * step * (_GAMMA * z + 1.0 - _GAMMA) / less_one

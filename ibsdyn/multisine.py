@@ -59,12 +59,13 @@ class Multisine(Excitation):
     def detection_lines(self) -> Array:
         """The multiples of the base frequency [Hz] within the band that are not excited.
 
-        What a response has there is noise, and distortion by nonlinearity: at even multiples of even, at odd ones of odd
-        order.
+        What a response has there is noise, and distortion by nonlinearity: of even order at even multiples, of odd
+        order at odd ones.
         """
         numbers = np.round(self.lines / self.base_frequency).astype(int)
         within = np.arange(numbers.min(), numbers.max() + 1)
-        return np.setdiff1d(within, numbers) * self.base_frequency
+        missing = np.setdiff1d(within, numbers)
+        return np.asarray(missing * self.base_frequency, dtype=np.float64)
 
     def realisations(self, count: int) -> tuple[Multisine, ...]:
         """Return multisines of the same amplitudes, each with random phases of its own.
@@ -289,13 +290,13 @@ def _period(lines: Array, rate: float, base: float | None, what: str) -> int:
         count = math.lcm(count, fraction.denominator) if exact else LONGEST_PERIOD + 1
         if count > LONGEST_PERIOD:
             spacing = float(np.diff(lines).min()) if len(lines) > 1 else float(line)
-            samples = max(2, round(rate / spacing))
+            samples = max(2, round(float(rate / spacing)))
             fits = rate / samples
             raise ExcitationError(
-                f"{what}: the lines {lines[0]:g} ... {lines[-1]:g} Hz have no common base frequency with a whole number "
-                f"of samples a period at {rate:g} Hz (up to {LONGEST_PERIOD:g} samples were tried, {line:.9g} Hz broke "
-                f"it). What would fit: base_frequency={fits:.9g} Hz ({samples} samples) and the lines rounded to "
-                f"multiples of it, np.round(frequencies / {fits:.9g}) * {fits:.9g}; or ibs.band_lines(...)."
+                f"{what}: the lines {lines[0]:g} ... {lines[-1]:g} Hz have no common base frequency with a whole "
+                f"number of samples a period at {rate:g} Hz (up to {LONGEST_PERIOD:g} samples were tried, {line:.9g} "
+                f"Hz broke it). What would fit: base_frequency={fits:.9g} Hz ({samples} samples) and the lines rounded "
+                f"to multiples of it, np.round(frequencies / {fits:.9g}) * {fits:.9g}; or ibs.band_lines(...)."
             )
     return max(count, 2)
 
@@ -331,8 +332,8 @@ def _phases(phases: str | ArrayLike, lines: Array, sizes: Array, seed: int, what
         even = len(lines) < 3 or np.ptp(spacing) <= 1e-6 * spacing.max()
         if not even or np.ptp(sizes) > 1e-6 * sizes.max():
             raise ExcitationError(
-                f"{what}: Schroeder's phases need equidistant lines of one amplitude (log-spaced ones come out worse than "
-                "random); take phases='low-crest'."
+                f"{what}: Schroeder's phases need equidistant lines of one amplitude (log-spaced ones come out worse "
+                "than random); take phases='low-crest'."
             )
         number = np.arange(1, len(lines) + 1)
         return np.asarray(-np.pi * number * (number - 1) / len(lines))
@@ -349,8 +350,7 @@ def _random_phases(count: int, rng: np.random.Generator) -> Array:
 def _spectrum(lines: Array, base: float, amplitudes: NDArray[np.complexfloating], count: int) -> Array:
     spectrum = np.zeros(count // 2 + 1, dtype=complex)
     spectrum[np.round(lines / base).astype(int)] = 0.5 * count * amplitudes
-    samples: Array = scipy.fft.irfft(spectrum, count)
-    return samples
+    return np.asarray(scipy.fft.irfft(spectrum, count), dtype=np.float64)
 
 
 def _samples(lines: Array, base: float, sizes: Array, phases: Array, count: int) -> Array:

@@ -41,7 +41,7 @@ def displacement_table(excitation: Excitation, order: int, steps_per_sample: int
     step = 1.0 / (excitation.sample_rate * steps_per_sample)
     if not excitation._circular:
         for _ in range(order):
-            table = cumulative_trapezoid(table, dx=step, initial=0.0)
+            table = np.asarray(cumulative_trapezoid(table, dx=step, initial=0), dtype=float)
         return table
     lines = np.asarray(scipy.fft.rfft(table))
     mean = float(table.mean())
@@ -55,7 +55,7 @@ def displacement_table(excitation: Excitation, order: int, steps_per_sample: int
     lines[0] = 0.0
     # Beyond the band of the samples there is nothing but rounding.
     kept = np.arange(1, min(len(lines), excitation.n_samples // 2 + 1))
-    omega = 2 * np.pi * kept * excitation.resolution
+    omega = np.asarray(2 * np.pi * kept * excitation.resolution, dtype=np.float64)
     lines[kept] = lines[kept] / derivatives(omega, step)[order - 1]
     lines[kept[-1] + 1 :] = 0.0
     displaced: Array = scipy.fft.irfft(lines, len(table))

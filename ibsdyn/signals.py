@@ -40,7 +40,8 @@ class _Signal:
     def vector(self) -> Array:
         """The (3,) unit vector along its direction, or of its axis where it turns."""
         if isinstance(self.direction, str):
-            return np.eye(3)[DIRECTIONS.index(self.direction) % 3]
+            axis: Array = np.eye(3)[DIRECTIONS.index(self.direction) % 3]
+            return axis
         return np.array(self.direction)
 
     def _where(self) -> str:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from tqdm import tqdm
 
-from ibsdyn.assembly import Assembly
+from ibsdyn.assembly import Assembly, body_mass_matrix
 from ibsdyn.axes import Array, is_rotation
 from ibsdyn.engine import BaseDrive, FlexibleMapping, LoadDrive, TimeIntegration, checked_mapping
 from ibsdyn.errors import ExcitationError, ModelError, SimulationError, SimulationWarning
@@ -31,15 +31,15 @@ from ibsdyn.validation import point
 Excitations = Mapping[Input, Excitation | ArrayLike] | Sequence[tuple[Input, Excitation | ArrayLike]]
 
 STARTS = ("steady", "rest")
-# The default step: what it may shift the highest excited frequency, and a resonance, the latter in shares of its damping
-# ratio, so that the shift stays well within the resonance's width.
-HIGHEST_ERROR, SHARE_OF_DAMPING = 1e-3, 0.1
+# The default step: what it may shift the highest excited frequency, and a resonance in shares of its damping ratio. A
+# shift by such a share changes the response beside the peak by as much.
+HIGHEST_ERROR, SHARE_OF_DAMPING = 1e-3, 0.02
 # A lightly damped mode would ask for ever shorter steps; below this shift other errors are larger.
 LEAST_ERROR = 1e-5
 # What a step may leave unbalanced: a share of the forces at work, and so many times the rounding of positions, below
 # which Newton's iteration finds no end (measured: five to ten).
 FORCE_SHARE, ROUNDING_LEFT = 1e-8, 30.0
-# Forces at this many times the rounding come out with an error of 1e-3 (measured on three bodies; 1e-4 at ten times that).
+# Forces at this many times the rounding come out with an error of 1e-3, at ten times that with 1e-4 (measured).
 SMALLEST_FORCE = 20.0
 # Warnings begin where the default is missed by five.
 COARSE = 5.0
@@ -104,8 +104,16 @@ def simulate(
         drives=drives,
         recorded=recorded_items(task.sensors, assembly, flexible),
     )
+    tolerance = _tolerance(system, loads, bases, tables, step, pull)
     with _bar(title, steps * (task.n_samples - 1), progress) as bar:
-        coordinates = run.run(state, step, steps, task.n_samples, _tolerance(system, loads, bases, tables, step), lambda made: bar.update(made - bar.n))
+        coordinates = run.run(
+            state,
+            step,
+            steps,
+            task.n_samples,
+            tolerance,
+            lambda made: bar.update(made - bar.n),
+        )
     responses = sensor_signals(task.sensors, coordinates, assembly, flexible)
     driven = [_over(e.samples, task.n_samples) for e in task.excitations]
     signals: tuple[Input | Sensor, ...] = (*task.inputs, *task.sensors)
@@ -228,7 +236,12 @@ def _steps_per_sample(system: LinearSystem, task: _Task, given: int | None) -> i
 
 
 def _tolerance(
-    system: LinearSystem, loads: Mapping[int, Array], bases: Mapping[int, Array], tables: Sequence[Array], step: float
+    system: LinearSystem,
+    loads: Mapping[int, Array],
+    bases: Mapping[int, Array],
+    tables: Sequence[Array],
+    step: float,
+    gravity: Array,
 ) -> float:
     """Return the unbalanced force [N or N·m] that a step may leave: a small share of what the excitations bring about.
 
@@ -245,16 +258,27 @@ def _tolerance(
         else:
             acceleration = np.diff(table, 2) / step**2
             sizes.append(float(np.abs(inertia @ bases[index]).max() * np.std(acceleration)))
-    # Exudyn keeps positions, not displacements: they are rounded at the size of the model.
-    reach = max(float(np.abs(frame).max()) for frame in system._assembly.frames.values())
-    rounding = np.finfo(float).eps * reach * float(np.abs(system.K).max())
+    base_moves = max((float(np.abs(tables[index]).max()) for index in bases), default=0.0)
+    rounding = _rounding(system._assembly, base_moves, gravity)
     if 0.0 < max(sizes) < SMALLEST_FORCE * rounding:
         raise SimulationError(
             f"the excitations bring about forces of {max(sizes):.2g} N or N·m only, lost in the rounding of positions "
-            f"(stiffness times 1e-16 of the model's size: {rounding:.2g}); make them {SMALLEST_FORCE * rounding / max(sizes):.2g} times larger at "
-            "least. So far down the model is linear: use linearize().frf(...)."
+            f"(stiffness times 1e-16 of the model's size: {rounding:.2g}); make them "
+            f"{SMALLEST_FORCE * rounding / max(sizes):.2g} times larger at least. So far down the model is linear: use "
+            "linearize().frf(...)."
         )
     return max(FORCE_SHARE * max(sizes), ROUNDING_LEFT * rounding)
+
+
+def _rounding(assembly: Assembly, base_moves: float, gravity: Array) -> float:
+    """Return the force [N or N·m] of rounding: of positions, which the springs multiply, and of weight."""
+    # In 3-D springs stretch by differences of positions, in 1-D by those of displacements.
+    frames = [float(np.abs(frame).max()) for frame in assembly.frames.values()]
+    reach = base_moves + (max(frames) if assembly.axis is None else 0.0)
+    stiffness = [np.abs(joint.stiffness) for joint in assembly.joints]
+    sizes = [float(k[:3, :3].max()) * reach + float(k[3:, 3:].max(initial=0.0)) for k in stiffness]
+    weight = sum(float(np.abs(body_mass_matrix(body)).max()) for body in assembly.bodies) * float(np.abs(gravity).max())
+    return float(np.finfo(float).eps) * (max(sizes, default=0.0) + weight)
 
 
 def _base_drives(

@@ -51,7 +51,9 @@ def steady_state(
         if numbers.size and 2 * numbers[-1] == len(table):
             lines[numbers[-1]] *= 0.5
         amplitudes = lines[numbers]
-        velocity, acceleration = derivatives(2 * np.pi * numbers / (len(table) * step), step)
+        velocity, acceleration = derivatives(
+            np.asarray(2 * np.pi * numbers / (len(table) * step), dtype=np.float64), step
+        )
         powers = np.stack([np.ones(len(numbers)), velocity, acceleration])
         if index in bases:
             column = bases[index]
@@ -66,8 +68,8 @@ def steady_state(
         free += (powers[:, None, :] * response).sum(axis=2).real
     if not np.isfinite(free).all():
         raise SimulationError(
-            "start='steady': the linear response is infinite: an undamped mode lies exactly at an excited line. Give the "
-            "connections a damping ratio zeta, or start='rest'."
+            "start='steady': the linear response is infinite: an undamped mode lies exactly at an excited line. Give "
+            "the connections a damping ratio zeta, or start='rest'."
         )
     return _state(system, free, base)
 
@@ -111,8 +113,8 @@ def _state(system: LinearSystem, free: Array, base: Array) -> StartState:
 def _static(system: LinearSystem, load: Array) -> Array:
     if system._modal[2].any():
         raise SimulationError(
-            "start='steady': a force or torque has a mean, and nothing holds the model against it; take the mean out or "
-            "use start='rest'."
+            "start='steady': a force or torque has a mean, and nothing holds the model against it; take the mean out "
+            "or use start='rest'."
         )
     natural, shapes, _ = system._modal
     deflection: Array = shapes @ ((shapes.T @ load) / natural**2)
@@ -138,16 +140,17 @@ def _follow(system: LinearSystem, column: Array, velocity: Complex, acceleration
 def _respond(system: LinearSystem, forces: Complex, velocity: Complex, acceleration: Complex) -> Complex:
     """Return (n, n_lines) the free coordinates under forces (n, n_lines) or, the same at each line, (n, 1)."""
     natural, shapes, _ = system._modal
-    modal = shapes.T @ forces
+    modal: Complex = shapes.T @ forces
     damping = shapes.T @ system.C @ shapes
     with np.errstate(divide="ignore", invalid="ignore"):  # infinities are refused by the caller, in words
         if not any(part.viscous for part in system._parts):
             dynamic = natural[:, None] ** 2 + velocity * np.diag(damping)[:, None] + acceleration
-            moved: Complex = shapes @ (modal / dynamic)
-            return moved
-    moved = np.empty((len(natural), len(velocity)), dtype=complex)
-    modal = np.broadcast_to(modal, moved.shape)
+            diagonal: Complex = shapes @ (modal / dynamic)
+            return diagonal
+    moved: Complex = np.empty((len(natural), len(velocity)), dtype=complex)
+    spread = np.broadcast_to(modal, moved.shape)
     for line, (rate, change) in enumerate(zip(velocity, acceleration, strict=True)):
         matrix = np.diag(natural**2 + change) + rate * damping
-        moved[:, line] = np.linalg.solve(matrix, modal[:, line])
-    return shapes @ moved
+        moved[:, line] = np.linalg.solve(matrix, spread[:, line])
+    physical: Complex = shapes @ moved
+    return physical
