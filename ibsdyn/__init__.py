@@ -5,6 +5,7 @@ from ibsdyn.components import Connection, Fixation, FlexibleBody, Inertia1D, Rig
 from ibsdyn.errors import (
     AnalysisError,
     EngineError,
+    ExtraMissingError,
     IbsdynError,
     ModelError,
     ModelWarning,
@@ -16,6 +17,7 @@ from ibsdyn.errors import (
 from ibsdyn.frequency_response import FrequencyResponse
 from ibsdyn.identification import DetectionLines, FrfEstimate, estimate_frf
 from ibsdyn.linear_system import LinearSystem
+from ibsdyn.modal_estimation import ModalEstimate, estimate_modes
 from ibsdyn.model import Model
 from ibsdyn.modes import Modes
 from ibsdyn.requirements import required_stiffness
@@ -30,6 +32,7 @@ __all__ = [
     "Connection",
     "DetectionLines",
     "EngineError",
+    "ExtraMissingError",
     "Fixation",
     "FlexibleBody",
     "Force",
@@ -38,6 +41,7 @@ __all__ = [
     "IbsdynError",
     "Inertia1D",
     "LinearSystem",
+    "ModalEstimate",
     "Model",
     "ModelError",
     "ModelWarning",
@@ -53,5 +57,6 @@ __all__ = [
     "UnknownNameError",
     "compare",
     "estimate_frf",
+    "estimate_modes",
     "required_stiffness",
 ]

@@ -36,6 +36,10 @@ class EngineError(IbsdynError, RuntimeError):
     """Exudyn refused a model or gave back matrices that contradict it."""
 
 
+class ExtraMissingError(IbsdynError, ImportError):
+    """A package is missing that an extra of ibsdyn brings."""
+
+
 class RecordError(IbsdynError, ValueError):
     """A time record, or a file of one, that cannot be right."""
 
