@@ -7,6 +7,7 @@ from ibsdyn.errors import (
     AnalysisError,
     EngineError,
     ExcitationError,
+    ExtraMissingError,
     IbsdynError,
     MissingRecordError,
     ModelError,
@@ -23,6 +24,7 @@ from ibsdyn.experiment import Campaign, Run
 from ibsdyn.frequency_response import FrequencyResponse
 from ibsdyn.identification import DetectionLines, FrfEstimate, estimate_frf
 from ibsdyn.linear_system import LinearSystem
+from ibsdyn.modal_estimation import ModalEstimate, estimate_modes
 from ibsdyn.model import Model
 from ibsdyn.modes import Modes
 from ibsdyn.motion_reconstruction import MotionReconstruction
@@ -47,6 +49,7 @@ __all__ = [
     "EngineError",
     "Excitation",
     "ExcitationError",
+    "ExtraMissingError",
     "Fixation",
     "FlexibleBody",
     "Force",
@@ -56,6 +59,7 @@ __all__ = [
     "Inertia1D",
     "LinearSystem",
     "MissingRecordError",
+    "ModalEstimate",
     "Model",
     "ModelError",
     "ModelWarning",
@@ -83,6 +87,7 @@ __all__ = [
     "burst_random",
     "compare",
     "estimate_frf",
+    "estimate_modes",
     "motion_sensors",
     "multisine",
     "orthogonal_multisines",

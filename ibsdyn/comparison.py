@@ -14,7 +14,7 @@ from ibsdyn.errors import AnalysisError, UnknownNameError, known_keywords, neare
 from ibsdyn.frequency_response import FrequencyResponse
 from ibsdyn.identification.confidence import checked_confidence
 from ibsdyn.identification.frf_estimate import FrfEstimate
-from ibsdyn.resonances import Resonance, find_resonances, fitted
+from ibsdyn.resonances import Resonance, distinct, find_resonances, fitted, same
 from ibsdyn.validation import in_words
 
 if TYPE_CHECKING:
@@ -307,14 +307,14 @@ def _matched(
 ) -> tuple[MatchedResonance, ...]:
     """Pair the resonances of both, the nearest first, each in the response of both in which it stands out most."""
     ours, theirs = find_resonances(model), find_resonances(test, uncertainty)
-    one_each, other_each = _distinct(ours), _distinct(theirs)
+    one_each, other_each = distinct(ours), distinct(theirs)
     candidates = []
     for a in ours:
         for b in theirs:
             distance = abs(a.frequency - b.frequency) / b.frequency
             if (a.output, a.input) == (b.output, b.input) and distance < SAME:
-                mine = next(k for k, r in enumerate(one_each) if _same(a, r))
-                yours = next(k for k, r in enumerate(other_each) if _same(b, r))
+                mine = next(k for k, r in enumerate(one_each) if same(a, r))
+                yours = next(k for k, r in enumerate(other_each) if same(b, r))
                 candidates.append((abs(one_each[mine].frequency - other_each[yours].frequency), a, b, mine, yours))
     pairs: list[tuple[Resonance | None, Resonance | None]] = []
     mine_taken: set[int] = set()
@@ -342,16 +342,3 @@ def _matched(
             )
         )
     return tuple(resonance for _, resonance in sorted(found, key=lambda entry: entry[0]))
-
-
-def _distinct(resonances: list[Resonance]) -> list[Resonance]:
-    """Return one of those that several responses show at the same frequency: the one that stands out most."""
-    kept: list[Resonance] = []
-    for resonance in sorted(resonances, key=lambda r: -r.prominence):
-        if not any(_same(resonance, other) for other in kept):
-            kept.append(resonance)
-    return sorted(kept, key=lambda r: r.frequency)
-
-
-def _same(one: Resonance, other: Resonance) -> bool:
-    return abs(one.frequency - other.frequency) < 0.5 * max(one.width, other.width)

@@ -51,6 +51,10 @@ class ExcitationError(IbsdynError, ValueError):
     """A signal that cannot be made, or that does not fit the run that it should drive."""
 
 
+class ExtraMissingError(IbsdynError, ImportError):
+    """A package is missing that an extra of ibsdyn brings."""
+
+
 class RecordError(IbsdynError, ValueError):
     """A time record, or a file of one, that cannot be right."""
 

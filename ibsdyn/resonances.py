@@ -117,6 +117,20 @@ def fitted(frf: FrequencyResponse, resonance: Resonance, uncertainty: Array | No
     return replace(resonance, frequency=frequency, damping_ratio=ratio, fitted=True)
 
 
+def distinct(resonances: list[Resonance]) -> list[Resonance]:
+    """Return one of those that several responses show at the same frequency: the one that stands out most."""
+    kept: list[Resonance] = []
+    for resonance in sorted(resonances, key=lambda r: -r.prominence):
+        if not any(same(resonance, other) for other in kept):
+            kept.append(resonance)
+    return sorted(kept, key=lambda r: r.frequency)
+
+
+def same(one: Resonance, other: Resonance) -> bool:
+    """Tell whether two peaks are less than half a width apart: one resonance in two responses."""
+    return abs(one.frequency - other.frequency) < 0.5 * max(one.width, other.width)
+
+
 def _resonances_of(frf: FrequencyResponse, output: int, input_: int, spread: Array | None) -> list[Resonance]:
     frequencies, magnitude = frf.frequencies, np.abs(frf.response[output, input_])
     tops, _ = scipy.signal.find_peaks(magnitude)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ibsdyn.errors import RecordError
+from ibsdyn.errors import ExtraMissingError, RecordError
 from ibsdyn.records.columns import Columns
 from ibsdyn.records.file_bytes import unpacked_limit
 from ibsdyn.records.named_arrays import columns_of_arrays
@@ -25,13 +25,13 @@ def read_hdf5(path: Path, time: str | bool | None) -> Columns:
 
     Raises
     ------
-    ImportError : h5py is not installed.
+    ExtraMissingError : h5py is not installed.
     RecordError : damaged, or unreasonably large when unpacked.
     """
     try:
         h5py: Any = importlib.import_module("h5py")
     except ImportError:
-        raise ImportError(f'{path.name} is an HDF5 file, which needs h5py: pip install "ibsdyn[hdf5]".') from None
+        raise ExtraMissingError(f'{path.name} is an HDF5 file, which needs h5py: pip install "ibsdyn[hdf5]".') from None
     arrays: dict[str, Any] = {}
     units: dict[str, str] = {}
     rates: dict[str, float] = {}

@@ -63,7 +63,7 @@ def read_record(
     MissingRecordError : the file does not exist.
     UnknownNameError : a channel asks for a column that is not there.
     RecordError : what else is wrong with file or table, and how to mend it.
-    ImportError : the format needs an extra (``ibsdyn[uff]``, ``ibsdyn[hdf5]``).
+    ExtraMissingError : the format needs an extra (``ibsdyn[uff]``, ``ibsdyn[hdf5]``).
     """
     source = existing(Path(path))
     columns = _columns(source, time)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ibsdyn.errors import RecordError
+from ibsdyn.errors import ExtraMissingError, RecordError
 from ibsdyn.records.columns import Columns, different
 from ibsdyn.records.sampling import rate_of_time, whole_rate
 
@@ -26,13 +26,15 @@ def read_uff(path: Path) -> Columns:
 
     Raises
     ------
-    ImportError : pyuff is not installed.
+    ExtraMissingError : pyuff is not installed.
     RecordError : damaged, or without time responses in data sets 58.
     """
     try:
         pyuff: Any = importlib.import_module("pyuff")
     except ImportError:
-        raise ImportError(f'{path.name} is a universal file, which needs pyuff: pip install "ibsdyn[uff]".') from None
+        raise ExtraMissingError(
+            f'{path.name} is a universal file, which needs pyuff: pip install "ibsdyn[uff]".'
+        ) from None
     try:
         file = pyuff.UFF(str(path))
         types = [int(kind) for kind in file.get_set_types()]
