@@ -14,7 +14,7 @@ from ibsdyn.accelerometers import UNIT, Accelerometer, accelerometer_record, che
 from ibsdyn.axes import DIRECTIONS, Array
 from ibsdyn.components import Fixation, Point
 from ibsdyn.engine import FlexibleMapping
-from ibsdyn.errors import ModelError, ModelWarning, RecordError, known_keywords, nearest, warn_user
+from ibsdyn.errors import AnalysisError, ModelError, ModelWarning, RecordError, known_keywords, nearest, warn_user
 from ibsdyn.excitation import Excitation
 from ibsdyn.frequency_response import FrequencyResponse
 from ibsdyn.model import Model
@@ -257,13 +257,17 @@ class Campaign:
         return records
 
     @known_keywords
-    def model_frf(self, model: Model, frequencies: Sequence[float] | Array) -> FrequencyResponse:
+    def model_frf(
+        self, model: Model, frequencies: Sequence[float] | Array, step: float | None = None
+    ) -> FrequencyResponse:
         """Return what the linear model predicts for the responses of the outputs to the input accelerometers' readings.
 
         Parameters
         ----------
         model : has the platform's fixation and the items that the accelerometers sit on.
         frequencies : (n_freq,) [Hz], such as ``estimate.frequencies``.
+        step : of the integrator [s], for comparison with a simulated campaign whose regions are narrower than the
+            integrator's shift of resonances; its shift is then in the prediction too.
 
         Returns
         -------
@@ -275,16 +279,19 @@ class Campaign:
 
         Notes
         -----
-        G = Y U^-1, with Y and U the responses of outputs and inputs to the six motions of the fixation.
+        G = Y U^-1, with Y and U the responses of outputs and inputs to the six motions of the fixation. The integrator
+        shows at f what the linear model has at tan(pi f step) / (pi step).
         """
         self._check(model)
+        asked = np.atleast_1d(np.asarray(frequencies, dtype=np.float64))
+        at = asked if step is None else _shown_by_integrator(asked, number(step, "step", "s", above=0.0))
         motions = [BaseMotion(self.platform.fixation, direction) for direction in DIRECTIONS]
         sensors = [one.sensor for one in (*self.inputs, *self.outputs)]
-        both = model.linearize().frf(motions, sensors, frequencies)
+        both = model.linearize().frf(motions, sensors, at)
         count = len(self.inputs)
         U, Y = both.response[:count].transpose(2, 0, 1), both.response[count:].transpose(2, 0, 1)
         return FrequencyResponse(
-            frequencies=both.frequencies,
+            frequencies=asked,
             response=(Y @ np.linalg.pinv(U)).transpose(1, 2, 0),
             outputs=self.output_names,
             inputs=self.input_names,
@@ -346,3 +353,12 @@ class Campaign:
                 "amplitude at low frequencies: stroke grows with 1/f².",
                 ModelWarning,
             )
+
+
+def _shown_by_integrator(frequencies: Array, step: float) -> Array:
+    if (frequencies * step >= 0.5).any():
+        raise AnalysisError(
+            f"a step of {step:g} s shows frequencies below {0.5 / step:g} Hz, not {frequencies.max():g} Hz."
+        )
+    warped: Array = np.tan(np.pi * frequencies * step) / (np.pi * step)
+    return warped
