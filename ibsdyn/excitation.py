@@ -100,7 +100,10 @@ class Excitation:
 
     def band(self, share: float = 0.9999) -> tuple[float, float]:
         """Return the frequencies [Hz] between which ``share`` of its power lies, the mean left out."""
-        power = np.abs(self.spectrum) ** 2
+        # The jump from the end of a signal without period to its beginning is none of its own.
+        ends = self.samples[[0, -1]]
+        line = 0.0 if self._circular else np.linspace(ends[0], ends[1], self.n_samples)
+        power = np.abs(np.asarray(scipy.fft.rfft(self.samples - line))) ** 2
         power[0] = 0.0
         if not power.any():
             return 0.0, 0.0

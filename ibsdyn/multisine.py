@@ -145,7 +145,7 @@ def band_lines(
         numbers = np.delete(numbers, dropped[dropped < len(numbers)])
     if not numbers.size:
         raise ExcitationError(f"{what}: no multiple of {step:g} Hz that is asked for lies in {low:g} to {high:g} Hz.")
-    return numbers * step
+    return np.asarray(numbers * step, dtype=np.float64)
 
 
 @known_keywords
@@ -291,12 +291,12 @@ def _period(lines: Array, rate: float, base: float | None, what: str) -> int:
         if count > LONGEST_PERIOD:
             spacing = float(np.diff(lines).min()) if len(lines) > 1 else float(line)
             samples = max(2, round(float(rate / spacing)))
-            fits = rate / samples
+            nearby = rate / samples
             raise ExcitationError(
                 f"{what}: the lines {lines[0]:g} ... {lines[-1]:g} Hz have no common base frequency with a whole "
                 f"number of samples a period at {rate:g} Hz (up to {LONGEST_PERIOD:g} samples were tried, {line:.9g} "
-                f"Hz broke it). What would fit: base_frequency={fits:.9g} Hz ({samples} samples) and the lines rounded "
-                f"to multiples of it, np.round(frequencies / {fits:.9g}) * {fits:.9g}; or ibs.band_lines(...)."
+                f"Hz broke it). What would fit: base_frequency={nearby:.9g} Hz ({samples} samples) and the lines "
+                f"rounded to its multiples, np.round(frequencies / {nearby:.9g}) * {nearby:.9g}; or ibs.band_lines."
             )
     return max(count, 2)
 
@@ -311,7 +311,7 @@ def _amplitudes(amplitude: Amplitude, lines: Array, rms: float | None, what: str
         ) from None
     if sizes.ndim > 1 or (sizes.ndim == 1 and len(sizes) != len(lines)):
         raise ExcitationError(f"{what}: amplitude has shape {sizes.shape}, but there are {len(lines)} lines.")
-    sizes = np.broadcast_to(sizes, lines.shape).copy()
+    sizes = np.array(np.broadcast_to(sizes, lines.shape))
     if not np.isfinite(sizes).all() or (sizes <= 0).any():
         raise ExcitationError(
             f"{what}: every line's amplitude must be finite and above zero; leave out the lines that have none. Got "
@@ -319,7 +319,7 @@ def _amplitudes(amplitude: Amplitude, lines: Array, rms: float | None, what: str
         )
     if rms is not None:
         sizes *= positive(rms, f"{what}: rms", "") / np.sqrt(np.sum(sizes**2) / 2)
-    return sizes
+    return np.asarray(sizes, dtype=np.float64)
 
 
 def _phases(phases: str | ArrayLike, lines: Array, sizes: Array, seed: int, what: str) -> Array:

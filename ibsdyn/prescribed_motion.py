@@ -50,7 +50,7 @@ def displacement_table(excitation: Excitation, order: int, steps_per_sample: int
             f"{what}: {excitation.name} has a mean of {mean:.3g}, which would carry the base ever further away; it is "
             "left out.",
             SimulationWarning,
-            stacklevel=5,
+            stacklevel=6,
         )
     lines[0] = 0.0
     # Beyond the band of the samples there is nothing but rounding.

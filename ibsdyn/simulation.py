@@ -33,9 +33,11 @@ Excitations = Mapping[Input, Excitation | ArrayLike] | Sequence[tuple[Input, Exc
 STARTS = ("steady", "rest")
 # The default step: what it may shift the highest excited frequency, and a resonance in shares of its damping ratio. A
 # shift by such a share changes the response beside the peak by as much.
-HIGHEST_ERROR, SHARE_OF_DAMPING = 1e-3, 0.02
+HIGHEST_ERROR, SHARE_OF_DAMPING = 5e-4, 0.02
 # A lightly damped mode would ask for ever shorter steps; below this shift other errors are larger.
 LEAST_ERROR = 1e-5
+# Ratios below this are rounding: such a mode has no width that a shift could be held against.
+UNDAMPED = 1e-9
 # What a step may leave unbalanced: a share of the forces at work, and so many times the rounding of positions, below
 # which Newton's iteration finds no end (measured: five to ten).
 FORCE_SHARE, ROUNDING_LEFT = 1e-8, 30.0
@@ -210,8 +212,9 @@ def _steps_per_sample(system: LinearSystem, task: _Task, given: int | None) -> i
     highest = max(excitation.band()[1] for excitation in task.excitations)
     modes = system.modes()
     within = (modes.frequencies > 0) & (modes.frequencies <= (highest if highest > 0 else 0.5 * task.sample_rate))
-    frequencies = modes.frequencies[within & (modes.damping_ratios > 0)]
-    allowed = np.clip(SHARE_OF_DAMPING * modes.damping_ratios[within & (modes.damping_ratios > 0)], LEAST_ERROR, None)
+    within &= modes.damping_ratios > UNDAMPED
+    frequencies = modes.frequencies[within]
+    allowed = np.clip(SHARE_OF_DAMPING * modes.damping_ratios[within], LEAST_ERROR, None)
     if highest > 0:
         frequencies, allowed = np.r_[frequencies, highest], np.r_[allowed, HIGHEST_ERROR]
     if not frequencies.size:
@@ -230,7 +233,7 @@ def _steps_per_sample(system: LinearSystem, task: _Task, given: int | None) -> i
             f"simulate: the step of {step:.3g} s is coarse: at {frequencies[worst]:.4g} Hz it shifts frequencies by "
             f"{share:.2g} %, where {100 * allowed[worst]:.2g} % would do; steps_per_sample={needed} is enough.",
             SimulationWarning,
-            stacklevel=4,
+            stacklevel=5,
         )
     return int(given)
 

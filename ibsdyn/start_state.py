@@ -130,10 +130,11 @@ def _follow(system: LinearSystem, column: Array, velocity: Complex, acceleration
     static = system.quasi_static_motion()
     carried = static.motion @ column
     inertia = system.M @ carried[:n] + system.M_base @ column
-    pull = acceleration * inertia[:, None]
+    pull: Complex = acceleration * inertia[:, None]
     if not static.strain_free:
         damping = system.C @ carried[:n] + system.C_base @ column
-        pull = pull + velocity * damping[:, None] + (system.K @ carried[:n] + system.K_base @ column)[:, None]
+        strain = system.K @ carried[:n] + system.K_base @ column
+        pull += velocity * damping[:, None] + strain[:, None]
     return carried[:n, None] + _respond(system, -pull, velocity, acceleration)
 
 
@@ -151,6 +152,9 @@ def _respond(system: LinearSystem, forces: Complex, velocity: Complex, accelerat
     spread = np.broadcast_to(modal, moved.shape)
     for line, (rate, change) in enumerate(zip(velocity, acceleration, strict=True)):
         matrix = np.diag(natural**2 + change) + rate * damping
-        moved[:, line] = np.linalg.solve(matrix, spread[:, line])
+        try:
+            moved[:, line] = np.linalg.solve(matrix, spread[:, line])
+        except np.linalg.LinAlgError:
+            moved[:, line] = np.inf
     physical: Complex = shapes @ moved
     return physical

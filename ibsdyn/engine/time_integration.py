@@ -19,8 +19,8 @@ from ibsdyn.generalized_alpha import SPECTRAL_RADIUS
 from ibsdyn.signals import Force, Stroke, Torque, load_column
 
 # Newton's iteration in a step ends at this share of the step's first residual: looser, the errors of a large rotation
-# add up (1e-5 gave 1e-4 rad in three swings). It also ends at an unbalanced force that the caller derives from rounding:
-# with Exudyn's fixed one small motions halve the step in silence, or pass for no motion at all.
+# add up (1e-5 gave 1e-4 rad in three swings). It also ends at an unbalanced force that the caller derives from
+# rounding: with Exudyn's fixed one small motions halve the step in silence, or pass for no motion at all.
 RELATIVE_TOLERANCE = 1e-9
 # How often a run is looked after.
 REPORTS = 200
