@@ -207,7 +207,8 @@ def _warn_of_narrow_peaks(estimate: FrfEstimate, method: str) -> None:
         return
     worst = min(narrow, key=lambda peak: peak.width)
     places = len({round(peak.frequency / estimate.resolution) for peak in narrow})
-    goal = worst.width / needed
+    # The window widens a peak by about its own width: what is left is the resonance's.
+    goal = max(worst.width - (estimate.resolution if method != "multisine" else 0.0), 0.25 * worst.width) / needed
     if method == "multisine":
         effect = f"lines stand {estimate.resolution:.3g} Hz apart: its top and its damping fall between them"
         cure = f"a period of at least {1 / goal:.3g} s with every line excited puts {needed:.0f} lines in that width"

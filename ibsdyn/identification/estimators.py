@@ -164,7 +164,14 @@ def inverse_power(power: ComplexArray, frequencies: Array, names: tuple[str, ...
     RecordError : an input without power, or inputs that depend on each other.
     """
     diagonal = np.einsum("fii->fi", power).real
-    silent = diagonal <= 0
+    negative = diagonal < 0
+    if negative.any():
+        line, row = (int(place[0]) for place in np.nonzero(negative))
+        raise RecordError(
+            f"input {names[row]!r} has negative power at {frequencies[line]:g} Hz: side lobes of the lag window, from "
+            'a much stronger line elsewhere. window="parzen" has none that are negative.'
+        )
+    silent = diagonal == 0
     if silent.any():
         line, row = (int(place[0]) for place in np.nonzero(silent))
         raise RecordError(f"input {names[row]!r} has no power at {frequencies[line]:g} Hz; leave it out or excite it.")
