@@ -68,7 +68,7 @@ def test_welch(n_in, n_out, segments, lines):
 )
 def test_spectral(n_in, n_out, averages, lines):
     for level, inside in coverage_from_noise("spectral", averages, n_in, n_out, lines, seed=averages).items():
-        assert_coverage(inside, level, allowance=0.006 if averages / n_in > 5 else 0.012)
+        assert_coverage(inside, level, allowance=0.006 if averages / n_in > 5 else 0.010)
 
 
 @pytest.mark.filterwarnings("ignore::ibsdyn.RecordWarning")
@@ -158,7 +158,7 @@ def test_long():
             assert_coverage(inside, level, allowance=0.004)
     for n_in, averages, lines in ((1, 10, 60_000), (1, 21, 40_000), (1, 85, 20_000), (6, 21, 5000), (6, 60, 5000)):
         for level, inside in coverage_from_noise("spectral", averages, n_in, n_in, lines, seed=3).items():
-            assert_coverage(inside, level, allowance=0.006 if averages / n_in > 5 else 0.012)
+            assert_coverage(inside, level, allowance=0.006 if averages / n_in > 5 else 0.010)
     rng = np.random.default_rng(4)
     for n_in, runs, periods in ((1, 3, 2), (1, 12, 1), (6, 6, 4), (6, 7, 1), (6, 9, 2), (6, 30, 1)):
         estimate, response = periodic_estimate(rng, n_in, n_in, runs, periods, 60_000 // n_in)

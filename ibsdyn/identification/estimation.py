@@ -159,6 +159,7 @@ def _multisine(channels: Channels, period: int | None, drop_periods: int, lines:
         input_units=channels.input_units,
         method=words,
         coherence=regression.coherence.T,
+        partial_coherence=regression.partial_coherence.transpose(1, 2, 0),
         residual_covariance=regression.residual.transpose(1, 2, 0),
         input_gain=regression.gain.transpose(1, 2, 0),
         degrees_of_freedom=np.full(n_freq, float(regression.degrees_of_freedom)),
@@ -176,8 +177,9 @@ def _multisine(channels: Channels, period: int | None, drop_periods: int, lines:
 def _from_spectra(channels: Channels, spectra: CrossSpectra, regression: Regression, words: str) -> FrfEstimate:
     if regression.degrees_of_freedom <= 0:
         warnings.warn(
-            f"{spectra.n_averages:.3g} averages for {channels.n_inputs} inputs leave nothing to estimate a variance "
-            "with: the response has no confidence region. Take a shorter window (window_length=) or measure longer.",
+            f"{spectra.averages.effective:.3g} averages for {channels.n_inputs} inputs leave nothing to estimate a "
+            "variance with: the response has no confidence region. Take a shorter window (window_length=) or measure "
+            "longer.",
             RecordWarning,
             stacklevel=4,
         )
@@ -190,10 +192,11 @@ def _from_spectra(channels: Channels, spectra: CrossSpectra, regression: Regress
         input_units=channels.input_units,
         method=words,
         coherence=regression.coherence.T,
+        partial_coherence=regression.partial_coherence.transpose(1, 2, 0),
         residual_covariance=regression.residual.transpose(1, 2, 0),
         input_gain=regression.gain.transpose(1, 2, 0),
         degrees_of_freedom=np.full(len(spectra.frequencies), regression.degrees_of_freedom),
-        n_averages=spectra.n_averages,
+        n_averages=spectra.averages.effective,
         resolution=spectra.resolution,
     )
 

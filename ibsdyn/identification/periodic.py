@@ -14,7 +14,7 @@ from ibsdyn.axes import Array
 from ibsdyn.errors import RecordError, RecordWarning
 from ibsdyn.identification.channels import Channels
 from ibsdyn.identification.cross_spectra import ComplexArray
-from ibsdyn.identification.estimators import ROUNDING, Regression, inverse_power
+from ibsdyn.identification.estimators import ROUNDING, Regression, inverse_power, partial_coherence
 from ibsdyn.identification.frf_estimate import DetectionLines
 
 # A line counts as excited when its amplitude is above this share of the largest within NEIGHBOURS lines of it ...
@@ -106,8 +106,7 @@ def periodic_estimate(
         if len(excited) == 0:
             raise RecordError(
                 f"{channels.records[0].title}: the inputs show no line that repeats itself every {length} samples. "
-                'Check the period and the clocks, take method="welch" or "spectral", or name the lines (frequencies=[...] in '
-                "Hz)."
+                'Check period and clocks, take method="welch" or "spectral", or name the lines (frequencies=[...]).'
             )
     else:
         excited = _harmonics_of(frequencies, base, length)
@@ -158,7 +157,8 @@ def periodic_estimate(
             stacklevel=5,
         )
     residual = _floored(residual, ROUNDING * power)
-    regression = Regression(response, residual, gain, _coherence(runs, Y, left, scatter, spare, between), nu)
+    coherence, partial = _coherences(runs, Y, left, scatter, gain, response, spare + between > 0)
+    regression = Regression(response, residual, gain, coherence, partial, nu)
     noise_variance = None
     if noise is not None:
         noise_variance = np.einsum("fii->fi", noise).real[:, :, None] * np.einsum("fjj->fj", gain).real[:, None, :]
@@ -346,18 +346,24 @@ def _check_periodic(channels: Channels, runs: list[_Periods], shares: list[list[
                 )
 
 
-def _coherence(
-    runs: list[_Periods], Y: ComplexArray, left: ComplexArray, scatter: ComplexArray, spare: int, between: int
-) -> Array:
-    """Return the share of the outputs' power in single periods that the response explains, (n_freq, n_out)."""
-    if spare + between == 0:
-        return np.full(Y.shape[:2], np.nan)
+def _coherences(
+    runs: list[_Periods],
+    Y: ComplexArray,
+    left: ComplexArray,
+    scatter: ComplexArray,
+    gain: ComplexArray,
+    response: ComplexArray,
+    known: bool,
+) -> tuple[Array, Array]:
+    """Return multiple and partial coherence of single periods, (n_freq, n_out) and (n_freq, n_out, n_in)."""
+    if not known:
+        return np.full(Y.shape[:2], np.nan), np.full(response.shape, np.nan)
     counts = np.array([run.count for run in runs])
     differs = np.einsum("fii->fi", scatter).real
     total = np.abs(Y) ** 2 @ counts + differs
     unexplained = np.abs(left) ** 2 @ counts + differs
-    share: Array = 1.0 - np.divide(unexplained, total, out=np.zeros_like(total), where=total > 0)
-    return share
+    share = np.divide(unexplained, total, out=np.zeros_like(total), where=total > 0)
+    return 1.0 - share, partial_coherence(response, unexplained / counts.mean(), gain)
 
 
 def _detection_lines(
