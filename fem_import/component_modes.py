@@ -26,6 +26,7 @@ from fem_import.progress import Progress
 from fem_import.rigid_motion import rigid_motion_at
 from fem_import.sensor_points import ObservedPoint
 from fem_import.sparse_blocks import RowParallel
+from fem_import.tall_blocks import combine, inner
 from fem_import.threads import one_blas_thread
 
 FloatArray: TypeAlias = NDArray[np.float64]
@@ -124,23 +125,23 @@ def _component_modes(
         modes = free_interface_modes(part, interfaces, interior, constraint, recipe.max_frequency, is_free)
     else:
         modes = first_fixed_interface_mode(interior)
-    inner = _interior_basis(modes, corrections, interior, interfaces, sensors, recipe, is_free)
+    vectors = _interior_basis(modes, corrections, interior, interfaces, sensors, recipe, is_free)
 
     progress.stage("projection")
     n_frames = constraint.shape[1]
-    basis = np.zeros((len(part.dofs), n_frames + inner.shape[1]), order="F")
+    basis = np.zeros((len(part.dofs), n_frames + vectors.shape[1]), order="F")
     basis[:, :n_frames] = constraint
-    basis[interior.rows, n_frames:] = inner
+    basis[interior.rows, n_frames:] = vectors
     eigenvalues, n_below, next_frequency = modes.eigenvalues, modes.n_below, modes.next_frequency
-    del inner, modes
+    del vectors, modes
     mass_times_basis = np.empty_like(basis, order="F")
     mass_times_basis[:, :n_frames] = mass_constraint
     mass_times_basis[:, n_frames:] = mass @ basis[:, n_frames:]
     dynamic = _dynamic_compliance(interior, corrections, mass_times_basis, eigenvalues)
     rotation, eigenvalues = _diagonal(basis[:, n_frames:], mass_times_basis[:, n_frames:], stiffness)
-    rotation = rotation @ _reproducible_axes(basis[:, n_frames:] @ rotation, eigenvalues)
+    rotation = rotation @ _reproducible_axes(combine(basis[:, n_frames:], rotation), eigenvalues)
     for columns in (basis[:, n_frames:], mass_times_basis[:, n_frames:]):
-        columns[:] = columns @ rotation
+        combine(columns, rotation, out=columns)
     turn = linalg.block_diag(np.eye(n_frames), rotation)
     C = None if part.C is None else _symmetric(basis.T @ (part.C @ basis))
     return ComponentModes(
@@ -252,20 +253,20 @@ def _dynamic_compliance(
     n_frames, n_known = corrections.shape[1], corrections.shape[1] + len(eigenvalues)
     size = mass_times_basis.shape[1]
     dynamic = np.zeros((size, size))
-    dynamic[:n_frames] = corrections.T @ mass_times_basis[interior.rows]
+    dynamic[:n_frames] = inner(corrections, mass_times_basis[interior.rows])
     dynamic[:, :n_frames] = dynamic[:n_frames].T
     dynamic[range(n_frames, n_known), range(n_frames, n_known)] = 1.0 / eigenvalues
     loads = mass_times_basis[interior.rows, n_known:]
-    dynamic[n_known:, n_known:] = loads.T @ interior.solve(loads)
+    dynamic[n_known:, n_known:] = inner(loads, interior.solve(loads))
     return _symmetric(dynamic)
 
 
-def _diagonal(inner: FloatArray, mass_times_inner: FloatArray, K: RowParallel) -> tuple[FloatArray, FloatArray]:
+def _diagonal(vectors: FloatArray, mass_times_vectors: FloatArray, K: RowParallel) -> tuple[FloatArray, FloatArray]:
     """Return the rotation of the interior vectors that makes M 1 and K diagonal, with the eigenvalues."""
-    if inner.shape[1] == 0:
+    if vectors.shape[1] == 0:
         return np.empty((0, 0)), np.empty(0)
-    stiffness = _symmetric(_energy(K, inner))
-    mass = _symmetric(inner.T @ mass_times_inner)
+    stiffness = _symmetric(_energy(K, vectors))
+    mass = _symmetric(inner(vectors, mass_times_vectors))
     eigenvalues, rotation = linalg.eigh(stiffness, mass)
     if eigenvalues[0] <= 0.0:
         raise ReductionError(
@@ -281,7 +282,7 @@ def _energy(K: RowParallel, vectors: FloatArray) -> FloatArray:
     """Return V^T K V, a few columns at a time: K V beside V would double the memory."""
     return np.hstack(
         [
-            vectors.T @ (K @ vectors[:, first : first + _COLUMNS_AT_ONCE])
+            inner(vectors, K @ vectors[:, first : first + _COLUMNS_AT_ONCE])
             for first in range(0, vectors.shape[1], _COLUMNS_AT_ONCE)
         ]
     )
@@ -311,7 +312,7 @@ def _reproducible_axes(modes: FloatArray, eigenvalues: FloatArray) -> FloatArray
 
 
 def _reduced_mass(basis: FloatArray, mass_times_basis: FloatArray, n_frames: int) -> FloatArray:
-    mass = _symmetric(basis.T @ mass_times_basis)
+    mass = _symmetric(inner(basis, mass_times_basis))
     mass[n_frames:, n_frames:] = np.eye(basis.shape[1] - n_frames)
     return mass
 

@@ -16,6 +16,7 @@ from fem_import.interior import Interior
 from fem_import.lanczos import lowest_modes
 from fem_import.rigid_motion import rigid_motion_at
 from fem_import.sparse_blocks import RowParallel
+from fem_import.tall_blocks import combine, inner, subtract
 
 FloatArray: TypeAlias = NDArray[np.float64]
 SparseMatrix: TypeAlias = "sparse.csr_array[Any, tuple[int, int]]"
@@ -86,29 +87,33 @@ def free_interface_modes(
     mass_rigid = mass @ rigid
 
     def solve(loads: FloatArray) -> FloatArray:
-        balanced = loads - mass_rigid @ (rigid.T @ loads)
-        answer = bending @ (compliance @ (bending.T @ balanced))
+        balanced = loads.copy()
+        subtract(balanced, mass_rigid, inner(rigid, loads))
+        answer = combine(bending, compliance @ inner(bending, balanced))
         answer[interior.rows] += interior.solve(balanced[interior.rows])
-        return np.asarray(answer - rigid @ (mass_rigid.T @ answer))
+        subtract(answer, rigid, inner(mass_rigid, answer))
+        return answer
 
     eigenvalues, modes, n_below = _below(solve, part.M, max_frequency)
-    inner = modes[interior.rows, :n_below]
-    inner -= constraint[interior.rows] @ _frame_motion(interfaces, modes[:, :n_below])
+    inside = modes[interior.rows, :n_below]
+    subtract(inside, constraint[interior.rows], _frame_motion(interfaces, modes[:, :n_below]))
     none = np.zeros((len(interior.rows), 0))
-    inner = new_directions(inner, none, interior)
-    return InteriorModes(inner, n_below, _next_frequency(eigenvalues, n_below), np.empty(0))
+    return InteriorModes(
+        new_directions(inside, none, interior), n_below, _next_frequency(eigenvalues, n_below), np.empty(0)
+    )
 
 
 def new_directions(vectors: FloatArray, modes: FloatArray, interior: Interior) -> FloatArray:
     """Return an M-orthonormal basis of what `vectors` add to the M-orthonormal `modes`."""
-    size = np.sqrt(np.einsum("ij,ij->j", vectors, interior.M @ vectors))
+    mass = RowParallel(interior.M)
+    size = np.sqrt(np.einsum("ij,ij->j", vectors, mass @ vectors))
     vectors = vectors[:, size > 0.0] / size[size > 0.0]
     for _ in range(2):
-        vectors = vectors - modes @ (modes.T @ (interior.M @ vectors))
-    gram = vectors.T @ (interior.M @ vectors)
+        subtract(vectors, modes, inner(modes, mass @ vectors))
+    gram = inner(vectors, mass @ vectors)
     values, directions = np.linalg.eigh(0.5 * (gram + gram.T))
     kept = values > _NEW_DIRECTION**2
-    return np.asarray(vectors @ (directions[:, kept] / np.sqrt(values[kept])))
+    return combine(vectors, directions[:, kept] / np.sqrt(values[kept]))
 
 
 def rigid_frames(interfaces: tuple[TiedInterface, ...]) -> FloatArray:

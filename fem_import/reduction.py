@@ -27,6 +27,7 @@ from fem_import.reduced_body import InterfaceFrame, ReducedBody, SensorPoint
 from fem_import.reduction_cache import ReductionCache
 from fem_import.reduction_findings import findings_about
 from fem_import.sensor_points import ObservedPoint, observed_points
+from fem_import.threads import one_blas_thread
 
 _STAGES = 6  # of the progress bar: two here, four in component_modes
 
@@ -120,7 +121,8 @@ def _reduced(
         report = part.report()
         modes = component_modes(part, tied, points, recipe, report.is_free, progress)
         progress.stage("inertia integrals")
-        integrals = inertia_integrals(part, modes.basis, modes.mass_times_basis)
+        with one_blas_thread():
+            integrals = inertia_integrals(part, modes.basis, modes.mass_times_basis)
     frames = {
         item.name: InterfaceFrame(item.name, item.position, item.radius, item.tie, item.node_ids) for item in tied
     }

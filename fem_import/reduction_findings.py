@@ -12,9 +12,7 @@ from fem_import.reduced_body import USEFUL_SHARE, ReducedBody
 _NOTICEABLE = 0.01  # relative error of a frequency in the trusted range that the user is told of
 
 
-def findings_about(
-    body: ReducedBody, report: ExportReport, modes: ComponentModes, recipe: Recipe
-) -> tuple[str, ...]:
+def findings_about(body: ReducedBody, report: ExportReport, modes: ComponentModes, recipe: Recipe) -> tuple[str, ...]:
     """Return doubts about a body, most serious first; empty where there are none."""
     doubts = [
         _held(body, report),

@@ -68,16 +68,20 @@ class TieComparison:
         return "\n".join(lines)
 
     def plot(self, axes: Axes | None = None) -> Axes:
-        """Draw the spread of each frequency; return the axes."""
+        """Draw the spread of each frequency and of each interface's six stiffnesses; return the axes."""
         from matplotlib import pyplot  # here: drawing is optional and slow to import
 
         if axes is None:
-            axes = pyplot.figure(figsize=(8, 4.0), layout="constrained").add_subplot()
-        places = np.arange(len(self.frequency_spread))
-        axes.bar(places, 100.0 * self.frequency_spread, width=0.6)
-        axes.set_xticks(places, [f"{i + 1}\n{f:.4g} Hz" for i, f in enumerate(self.average_frequencies)])
-        axes.set(xlabel="mode, frequency with averaged interfaces", ylabel="rigid interfaces raise it by [%]")
+            axes = pyplot.figure(figsize=(8, 4.5), layout="constrained").add_subplot()
+        modes = [f"{frequency:.4g} Hz" for frequency in self.average_frequencies]
+        axes.bar(modes, 100.0 * self.frequency_spread, width=0.6, label="frequency of the part by itself")
+        for name, spread in self.stiffness_spread.items():
+            labels = [f"{name}.{direction}" for direction in FRAME_DIRECTIONS]
+            axes.bar(labels, 100.0 * spread, width=0.6, label=f"stiffness at {name}")
+        axes.tick_params(axis="x", rotation=60)
+        axes.set_ylabel("rigid interfaces raise it by [%]")
         axes.grid(axis="y", alpha=0.3)
+        axes.legend(fontsize="small")
         return axes
 
 

@@ -3,16 +3,10 @@
 from __future__ import annotations
 
 import os
-import sys
-import warnings
 from collections.abc import Iterable
 
-import fem_import
-from fem_import.errors import nearest_known
+from fem_import.errors import PACKAGE_FOLDER, nearest_known, warn_outside
 from fem_import.keywords import known_keywords as keyword_check
-
-# Keywords are checked by a wrapper of fem_import's.
-_FOLDERS = tuple(os.path.dirname(os.path.abspath(path)) + os.sep for path in (__file__, fem_import.__file__))
 
 
 class IbsdynError(Exception):
@@ -90,14 +84,10 @@ def nearest(name: str, known: Iterable[str]) -> str:
     return nearest_known(name, known).strip()
 
 
-def warn_user(message: str, category: type[Warning]) -> None:
-    """Issue a warning that points at the first line outside ibsdyn, by whatever route the call came."""
-    level = 1
-    frame = sys._getframe()
-    while frame.f_back is not None and os.path.abspath(frame.f_code.co_filename).startswith(_FOLDERS):
-        frame = frame.f_back
-        level += 1
-    warnings.warn(message, category, stacklevel=level)
+def warn_user(message: str, category: type[Warning] = ModelWarning) -> None:
+    """Issue a warning that points at the user's line, however deep inside the packages the doubt arose."""
+    own = os.path.dirname(os.path.abspath(__file__)) + os.sep
+    warn_outside(message, category, (own, PACKAGE_FOLDER))
 
 
 known_keywords = keyword_check(UnknownKeywordError)

@@ -57,7 +57,8 @@ def find_resonances(frf: FrequencyResponse, uncertainty: Array | None = None) ->
     """
     pooled = None
     if uncertainty is not None:
-        pooled = np.sqrt(scipy.ndimage.uniform_filter1d(uncertainty**2, POOLED_LINES, axis=2, mode="nearest"))
+        pooled = scipy.ndimage.uniform_filter1d(uncertainty**2, POOLED_LINES, axis=2, mode="nearest")
+        pooled = np.sqrt(np.maximum(pooled, 0.0))  # its running sum may end below zero by rounding
     return [
         resonance
         for o in range(len(frf.outputs))

@@ -17,6 +17,7 @@ from ibsdyn.identification.cross_spectra import (
     half_height_width,
     summed_products,
 )
+from ibsdyn.identification.effective_averages import Averages
 
 LAG_WINDOWS = ("hann", "bartlett", "parzen")
 
@@ -53,8 +54,8 @@ def blackman_tukey_spectra(channels: Channels, lags: int, window: str, frequenci
 
     Notes
     -----
-    Phi_xy(omega) = sum w(tau) R_xy(tau) e^{-i omega tau}, R_xy(tau) = 1/N sum x(k + tau) y(k). A variance is W/N times
-    that of a single line, W the sum of w^2: N/W averages. Ljung, System Identification, section 6.4.
+    Phi_xy(omega) = sum w(tau) R_xy(tau) e^{-i omega tau}, R_xy(tau) = 1/N sum x(k + tau) y(k). A variance is about W/N
+    times that of a single line, W the sum of w^2: N/W averages. Ljung, System Identification, section 6.4.
     """
     for record, n in zip(channels.records, channels.n_samples, strict=True):
         if n <= 2 * lags:
@@ -73,7 +74,7 @@ def blackman_tukey_spectra(channels: Channels, lags: int, window: str, frequenci
         matrix[:, a] = _transform(covariance, lags, None if frequencies is None else lines / fs).T
     # Rounding alone makes it unsymmetric: R_xy(tau) = R_yx(-tau).
     matrix = 0.5 * (matrix + matrix.conj().transpose(0, 2, 1))
-    averages = sum(channels.n_samples) / float(2 * half[1:] @ half[1:] + half[0] ** 2)
+    averages = _line_averages(window, half, channels.n_samples)
     return CrossSpectra(lines, matrix, averages, relative_width(window) * fs / lags)
 
 
@@ -129,9 +130,30 @@ def _transform(covariance: Array, lags: int, cycles: Array | None) -> ComplexArr
 
 def relative_width(window: str) -> float:
     """Return the width of the spectral window at half height, times lags over sample rate."""
-    lags = 512
+    heights, spacing = _spectral_window(window)
+    return half_height_width(heights, spacing)
+
+
+def _spectral_window(window: str) -> tuple[Array, float]:
+    """Return the lag window's transform over frequency, from 0 on, and its spacing in units of rate over lags."""
+    lags, padding = 512, 128
     half = lag_window(window, lags)
-    padded = np.zeros(128 * lags)
+    padded = np.zeros(padding * lags)
     padded[: lags + 1] = half
     padded[-lags:] = half[:0:-1]
-    return half_height_width(np.fft.rfft(padded).real, lags / len(padded))
+    return np.fft.rfft(padded).real, 1 / padding
+
+
+def _line_averages(window: str, half: Array, n_samples: tuple[int, ...]) -> Averages:
+    """Return the lines under the main lobe of the spectral window, by their heights.
+
+    Their effective number is N / sum w^2, side lobes included (Parseval), less the products that a lag leaves out at
+    the end of each record: N^2 / sum (N - |tau|) w^2.
+    """
+    heights, _ = _spectral_window(window)
+    lobe = heights[: int(np.argmax(heights < 1e-3 * heights[0])) : 8]
+    weights = np.concatenate([lobe, lobe[1:]]) / np.mean(np.concatenate([lobe, lobe[1:]]))
+    tau = np.arange(len(half))
+    products = sum(n - tau for n in n_samples) * half**2
+    effective = sum(n_samples) ** 2 / float(2 * products[1:].sum() + products[0])
+    return Averages(weights, effective * float(np.mean(weights**2)) / len(weights))

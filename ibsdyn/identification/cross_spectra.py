@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from ibsdyn.axes import Array
+from ibsdyn.identification.effective_averages import Averages
 
 ComplexArray = NDArray[np.complex128]
 # Samples of all channels that one thread holds at a time; the spectra and their turned copy take four times as much.
@@ -27,13 +28,13 @@ class CrossSpectra:
     ----------
     frequencies : (n_freq,) [Hz].
     matrix : (n_freq, count, count) S[f, a, b] = E[x_a conj(x_b)]; only ratios matter, so its scale is free.
-    n_averages : independent averages.
+    averages : the terms averaged.
     resolution : width of the spectral window at half height [Hz].
     """
 
     frequencies: Array
     matrix: ComplexArray
-    n_averages: float
+    averages: Averages
     resolution: float
 
 

@@ -159,6 +159,7 @@ def _multisine(channels: Channels, period: int | None, drop_periods: int, lines:
         input_units=channels.input_units,
         method=words,
         coherence=regression.coherence.T,
+        partial_coherence=regression.partial_coherence.transpose(1, 2, 0),
         residual_covariance=regression.residual.transpose(1, 2, 0),
         input_gain=regression.gain.transpose(1, 2, 0),
         degrees_of_freedom=np.full(n_freq, float(regression.degrees_of_freedom)),
@@ -176,8 +177,9 @@ def _multisine(channels: Channels, period: int | None, drop_periods: int, lines:
 def _from_spectra(channels: Channels, spectra: CrossSpectra, regression: Regression, words: str) -> FrfEstimate:
     if regression.degrees_of_freedom <= 0:
         warnings.warn(
-            f"{spectra.n_averages:.3g} averages for {channels.n_inputs} inputs leave nothing to estimate a variance "
-            "with: the response has no confidence region. Take a shorter window (window_length=) or measure longer.",
+            f"{spectra.averages.effective:.3g} averages for {channels.n_inputs} inputs leave nothing to estimate a "
+            "variance with: the response has no confidence region. Take a shorter window (window_length=) or measure "
+            "longer.",
             RecordWarning,
             stacklevel=4,
         )
@@ -190,10 +192,11 @@ def _from_spectra(channels: Channels, spectra: CrossSpectra, regression: Regress
         input_units=channels.input_units,
         method=words,
         coherence=regression.coherence.T,
+        partial_coherence=regression.partial_coherence.transpose(1, 2, 0),
         residual_covariance=regression.residual.transpose(1, 2, 0),
         input_gain=regression.gain.transpose(1, 2, 0),
         degrees_of_freedom=np.full(len(spectra.frequencies), regression.degrees_of_freedom),
-        n_averages=spectra.n_averages,
+        n_averages=spectra.averages.effective,
         resolution=spectra.resolution,
     )
 
@@ -207,7 +210,8 @@ def _warn_of_narrow_peaks(estimate: FrfEstimate, method: str) -> None:
         return
     worst = min(narrow, key=lambda peak: peak.width)
     places = len({round(peak.frequency / estimate.resolution) for peak in narrow})
-    goal = worst.width / needed
+    # The window widens a peak by about its own width: what is left is the resonance's.
+    goal = max(worst.width - (estimate.resolution if method != "multisine" else 0.0), 0.25 * worst.width) / needed
     if method == "multisine":
         effect = f"lines stand {estimate.resolution:.3g} Hz apart: its top and its damping fall between them"
         cure = f"a period of at least {1 / goal:.3g} s with every line excited puts {needed:.0f} lines in that width"

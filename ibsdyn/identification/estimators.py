@@ -10,6 +10,7 @@ import numpy as np
 from ibsdyn.axes import Array
 from ibsdyn.errors import RecordError, RecordWarning
 from ibsdyn.identification.cross_spectra import ComplexArray, CrossSpectra
+from ibsdyn.identification.effective_averages import after_regression
 
 ESTIMATORS = ("H1", "H2", "Hv")
 # Of inputs scaled to unit power, the smallest share that may be independent of the others: below, it is rounding.
@@ -28,6 +29,7 @@ class Regression:
     residual : (n_freq, n_out, n_out) unbiased covariance of what is left, per average.
     gain : (n_freq, n_in, n_in) inverse of the inputs' summed power.
     coherence : (n_freq, n_out) multiple coherence.
+    partial_coherence : (n_freq, n_out, n_in) of output and input, the other inputs taken out of both.
     degrees_of_freedom : complex ones of ``residual``.
     """
 
@@ -35,6 +37,7 @@ class Regression:
     residual: ComplexArray
     gain: ComplexArray
     coherence: Array
+    partial_coherence: Array
     degrees_of_freedom: float
 
 
@@ -51,8 +54,8 @@ def h1(spectra: CrossSpectra, n_inputs: int, names: tuple[str, ...]) -> Regressi
 
     Notes
     -----
-    G = S_yu S_uu^-1; Cov(G) = S_uu^-1 / n times the residual spectrum with n - n_in degrees of freedom. Bendat and
-    Piersol, Random Data, chapter 9.
+    G = S_yu S_uu^-1; Cov(G) = S_uu^-1 / n times the residual spectrum with n - n_in degrees of freedom, for n equal
+    averages. Bendat and Piersol, Random Data, chapter 9.
     """
     q = n_inputs
     s_uu, s_yu, s_yy = spectra.matrix[:, :q, :q], spectra.matrix[:, q:, :q], spectra.matrix[:, q:, q:]
@@ -69,14 +72,18 @@ def h1(spectra: CrossSpectra, n_inputs: int, names: tuple[str, ...]) -> Regressi
             RecordWarning,
             stacklevel=4,
         )
-    nu = spectra.n_averages - q
     floored = _floored(left, ROUNDING * np.abs(power))
+    partial = partial_coherence(response, np.einsum("fii->fi", floored).real, inverse)
+    worth = after_regression(spectra.averages, q)
+    if worth.degrees_of_freedom == 0:
+        return _without_variance(response, coherence)
     return Regression(
         response,
-        floored * (spectra.n_averages / nu) if nu > 0 else np.full_like(left, np.nan),
-        inverse / spectra.n_averages,
-        np.clip(coherence, 0.0, 1.0) if nu > 0 else np.full_like(coherence, np.nan),
-        nu,
+        floored / worth.residual_share,
+        inverse * worth.per_average,
+        np.clip(coherence, 0.0, 1.0),
+        partial,
+        worth.degrees_of_freedom,
     )
 
 
@@ -100,9 +107,7 @@ def h2(spectra: CrossSpectra, n_inputs: int, names: tuple[str, ...]) -> Regressi
     forward = h1(spectra, q, names)
     turned = np.roll(np.arange(count), q)
     matrix = spectra.matrix[:, turned][:, :, turned]
-    back = h1(
-        CrossSpectra(spectra.frequencies, matrix, spectra.n_averages, spectra.resolution), q, names[q:] + names[:q]
-    )
+    back = h1(CrossSpectra(spectra.frequencies, matrix, spectra.averages, spectra.resolution), q, names[q:] + names[:q])
     response = np.asarray(np.linalg.inv(back.response), dtype=np.complex128)
     adjoint = response.conj().transpose(0, 2, 1)
     return Regression(
@@ -110,6 +115,7 @@ def h2(spectra: CrossSpectra, n_inputs: int, names: tuple[str, ...]) -> Regressi
         response @ back.residual @ adjoint,
         adjoint @ back.gain @ response,
         forward.coherence,
+        forward.partial_coherence,
         back.degrees_of_freedom,
     )
 
@@ -146,13 +152,44 @@ def hv(spectra: CrossSpectra, n_inputs: int, names: tuple[str, ...]) -> Regressi
     s_yu, s_yy = spectra.matrix[:, q:, :q], spectra.matrix[:, q:, q:]
     adjoint = response.conj().transpose(0, 2, 1)
     left = s_yy - response @ s_yu.conj().transpose(0, 2, 1) - s_yu @ adjoint + response @ s_uu @ adjoint
-    nu = plain.degrees_of_freedom
+    worth = after_regression(spectra.averages, q)
+    if worth.degrees_of_freedom == 0:
+        return _without_variance(response, plain.coherence)
     return Regression(
         response,
-        _floored(left, ROUNDING * scale[:, q:] ** 2) * (spectra.n_averages / nu) if nu > 0 else plain.residual,
-        _inverse(clean) / spectra.n_averages,
+        _floored(left, ROUNDING * scale[:, q:] ** 2) / worth.residual_share,
+        _inverse(clean) * worth.per_average,
         plain.coherence,
-        nu,
+        plain.partial_coherence,
+        worth.degrees_of_freedom,
+    )
+
+
+def partial_coherence(response: ComplexArray, unexplained: Array, inverse: ComplexArray) -> Array:
+    """Return |G|^2 / (|G|^2 + unexplained power over the input's own), (n_freq, n_out, n_in).
+
+    Parameters
+    ----------
+    response : (n_freq, n_out, n_in).
+    unexplained : (n_freq, n_out) power that the inputs do not explain.
+    inverse : (n_freq, n_in, n_in) of the inputs' power; one over its diagonal is what each has apart from the others.
+    """
+    explained = np.abs(response) ** 2
+    total = explained + unexplained[:, :, None] * np.einsum("fjj->fj", inverse).real[:, None, :]
+    # Where neither holds anything, nothing is coherent: 0 rather than 0/0.
+    share: Array = np.divide(explained, total, out=np.zeros_like(explained), where=total > 0)
+    return share
+
+
+def _without_variance(response: ComplexArray, coherence: Array) -> Regression:
+    n_freq, n_out, n_in = response.shape
+    return Regression(
+        response,
+        np.full((n_freq, n_out, n_out), np.nan, dtype=np.complex128),
+        np.full((n_freq, n_in, n_in), np.nan, dtype=np.complex128),
+        np.full_like(coherence, np.nan),
+        np.full((n_freq, n_out, n_in), np.nan),
+        0.0,
     )
 
 
@@ -164,7 +201,14 @@ def inverse_power(power: ComplexArray, frequencies: Array, names: tuple[str, ...
     RecordError : an input without power, or inputs that depend on each other.
     """
     diagonal = np.einsum("fii->fi", power).real
-    silent = diagonal <= 0
+    negative = diagonal < 0
+    if negative.any():
+        line, row = (int(place[0]) for place in np.nonzero(negative))
+        raise RecordError(
+            f"input {names[row]!r} has negative power at {frequencies[line]:g} Hz: side lobes of the lag window, from "
+            'a much stronger line elsewhere. window="parzen" has none that are negative.'
+        )
+    silent = diagonal == 0
     if silent.any():
         line, row = (int(place[0]) for place in np.nonzero(silent))
         raise RecordError(f"input {names[row]!r} has no power at {frequencies[line]:g} Hz; leave it out or excite it.")

@@ -57,11 +57,12 @@ class FrfEstimate(FrequencyResponse):
     frequencies, response, outputs, inputs, output_units, input_units : as of any FrequencyResponse.
     method : how it was estimated, in words.
     coherence : (n_out, n_freq) multiple coherence, the share of an output's power that the inputs explain.
+    partial_coherence : (n_out, n_in, n_freq) coherence of output and input once the other inputs are taken out of both.
     residual_covariance : (n_out, n_out, n_freq) covariance of what the inputs do not explain of the outputs, per
         average, unbiased.
     input_gain : (n_in, n_in, n_freq) inverse of the inputs' summed power; Cov(G_ij, G_kl) is
         ``residual_covariance[i, k] * input_gain[l, j]``.
-    degrees_of_freedom : (n_freq,) complex ones of ``residual_covariance``: averages less inputs.
+    degrees_of_freedom : (n_freq,) complex ones of ``residual_covariance``: about averages less inputs.
     n_averages : independent averages.
     resolution : width within which lines are averaged (half height of the spectral window), the distance of the lines
         for periodic excitation [Hz].
@@ -73,6 +74,7 @@ class FrfEstimate(FrequencyResponse):
 
     method: str
     coherence: Array
+    partial_coherence: Array
     residual_covariance: ComplexArray
     input_gain: ComplexArray
     degrees_of_freedom: Array
@@ -116,16 +118,6 @@ class FrfEstimate(FrequencyResponse):
         (j,), (m,) = places(input_, self.inputs, "input"), places(other_input, self.inputs, "input")
         covariance: ComplexArray = self.residual_covariance[i, k] * self.input_gain[m, j]
         return covariance
-
-    @property
-    def partial_coherence(self) -> Array:
-        """(n_out, n_in, n_freq) coherence of output and input once the other inputs are taken out of both."""
-        explained = np.abs(self.response) ** 2
-        unexplained = self.variance * self.degrees_of_freedom
-        # Where neither holds anything, nothing is coherent: 0 rather than 0/0.
-        total = explained + unexplained
-        coherence: Array = np.divide(explained, total, out=np.zeros_like(total), where=total > 0)
-        return coherence
 
     def radius(self, confidence: float = 0.99) -> Array:
         """Return the radius of the circle in the complex plane that holds the true response.
@@ -225,6 +217,7 @@ class FrfEstimate(FrequencyResponse):
             output_units=tuple(self.output_units[i] for i in rows),
             input_units=tuple(self.input_units[i] for i in columns),
             coherence=self.coherence[rows],
+            partial_coherence=self.partial_coherence[np.ix_(rows, columns)],
             residual_covariance=self.residual_covariance[np.ix_(rows, rows)],
             input_gain=self.input_gain[np.ix_(columns, columns)],
             noise_level=None if self.noise_level is None else self.noise_level[np.ix_(rows, columns)],

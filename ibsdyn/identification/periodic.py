@@ -14,14 +14,16 @@ from ibsdyn.axes import Array
 from ibsdyn.errors import RecordError, RecordWarning
 from ibsdyn.identification.channels import Channels
 from ibsdyn.identification.cross_spectra import ComplexArray
-from ibsdyn.identification.estimators import ROUNDING, Regression, inverse_power
+from ibsdyn.identification.estimators import ROUNDING, Regression, inverse_power, partial_coherence
 from ibsdyn.identification.frf_estimate import DetectionLines
 
 # A line counts as excited when its amplitude is above this share of the largest within NEIGHBOURS lines of it ...
 EXCITED = 1e-2
 NEIGHBOURS = 8
-# ... and above this one of the largest of all, below which it is rounding.
+# ... and above this one of the largest of all, below which it is rounding, ...
 SILENT = 1e-9
+# ... and its power above so many times what scatters between periods: noise alone gets there once in 160 000 lines.
+ABOVE_NOISE = 12.0
 # Share of the inputs' power that may differ from period to period: above the first a warning, above the second none
 # of it is what the period says.
 SUSPICIOUS, NOT_PERIODIC = 0.1, 0.5
@@ -97,12 +99,21 @@ def periodic_estimate(
     base = channels.sample_rate / length
     usable = (harmonics > 0) & (2 * harmonics < length)
     q = channels.n_inputs
+    scatter_of_inputs = _input_scatter(channels, runs, means)
     if frequencies is None:
-        excited = harmonics[usable & _excited(np.abs(spectra[:, :q]))]
+        shrink = float(np.mean([1 / run.count for run in runs]))
+        excited = harmonics[usable & _excited(np.abs(spectra[:, :q]), scatter_of_inputs, shrink)]
         if len(excited) == 0:
-            raise RecordError("the inputs' spectra show no excited line; name the lines (frequencies=[...] in Hz).")
+            raise RecordError(
+                f"{channels.records[0].title}: the inputs show no line that repeats itself every {length} samples. "
+                'Check period and clocks, take method="welch" or "spectral", or name the lines (frequencies=[...]).'
+            )
     else:
         excited = _harmonics_of(frequencies, base, length)
+    if scatter_of_inputs is not None:
+        _check_strongest(
+            channels, len(excited), np.mean(np.abs(spectra[:, :q]) ** 2, axis=0), scatter_of_inputs, length
+        )
     quiet = harmonics[usable & (harmonics < excited.max())]
     quiet = quiet[~np.isin(quiet, excited)]
 
@@ -135,7 +146,7 @@ def periodic_estimate(
             "holds the noise between periods only. Nonlinear distortions repeat with every period; more runs with "
             "other random phases show them.",
             RecordWarning,
-            stacklevel=4,
+            stacklevel=5,
         )
     else:
         residual, nu = np.full_like(left @ left.conj().transpose(0, 2, 1), np.nan), 0
@@ -143,10 +154,11 @@ def periodic_estimate(
             f"one period in each of {len(runs)} runs for {q} inputs leaves nothing to estimate a variance with: the "
             "response has no confidence region. Record two periods or more, or more runs.",
             RecordWarning,
-            stacklevel=4,
+            stacklevel=5,
         )
     residual = _floored(residual, ROUNDING * power)
-    regression = Regression(response, residual, gain, _coherence(runs, Y, left, scatter, spare, between), nu)
+    coherence, partial = _coherences(runs, Y, left, scatter, gain, response, spare + between > 0)
+    regression = Regression(response, residual, gain, coherence, partial, nu)
     noise_variance = None
     if noise is not None:
         noise_variance = np.einsum("fii->fi", noise).real[:, :, None] * np.einsum("fjj->fj", gain).real[:, None, :]
@@ -200,12 +212,37 @@ def _mean_period(channels: Channels, run: _Periods) -> Array:
     return total / run.count
 
 
-def _excited(amplitudes: Array) -> NDArray[np.bool_]:
-    """Return which harmonics are excited in any input of any run, (runs, n_in, n_harmonics) of amplitudes."""
+def _input_scatter(channels: Channels, runs: list[_Periods], means: Array) -> Array | None:
+    """Return the variance of the inputs' lines from period to period, (n_in, n_harmonics); None with one period."""
+    q, spare = channels.n_inputs, sum(run.count - 1 for run in runs)
+    if spare == 0:
+        return None
+    squares = np.zeros((q, runs[0].length // 2 + 1))
+    for run, mean in zip(runs, means, strict=True):
+        for number in range(run.count if run.count > 1 else 0):
+            deviation = _period(channels, run, number)[:q] - mean[:q]
+            squares += np.abs(np.asarray(scipy.fft.rfft(deviation, axis=1)) * (2.0 / run.length)) ** 2
+    squares[:, 0] = 0.0
+    return squares / spare
+
+
+def _excited(amplitudes: Array, scatter: Array | None, shrink: float) -> NDArray[np.bool_]:
+    """Return which harmonics are excited in any input of any run.
+
+    Parameters
+    ----------
+    amplitudes : (runs, n_in, n_harmonics) of mean periods.
+    scatter : (n_in, n_harmonics) variance of single periods; None if it is not known.
+    shrink : variance of a mean period over that of a single one.
+    """
     level = np.sqrt(np.mean(amplitudes**2, axis=0))
     level[:, 0] = 0.0  # a sensor's offset is no excitation
     nearby = scipy.ndimage.maximum_filter1d(level, 2 * NEIGHBOURS + 1, axis=1)
     excited = (level > EXCITED * nearby) & (level > SILENT * level.max(axis=1, keepdims=True))
+    if scatter is not None:
+        # Over few periods single lines scatter little by chance; neighbours see the same noise.
+        noise = scipy.ndimage.uniform_filter1d(scatter, 2 * NEIGHBOURS + 1, axis=1, mode="nearest")
+        excited &= level**2 > ABOVE_NOISE * shrink * noise
     return np.asarray(excited.any(axis=0))
 
 
@@ -255,6 +292,27 @@ def _scatter(
     return products, quiet_squares, shares
 
 
+def _check_strongest(channels: Channels, count: int, power: Array, scatter: Array, length: int) -> None:
+    """Refuse inputs whose strongest lines do not repeat: with a wrong period only the weakest seem to.
+
+    Parameters
+    ----------
+    count : how many lines are excited.
+    power, scatter : (n_in, n_harmonics) mean square of mean periods and variance of single ones.
+    """
+    single = power + scatter
+    single[:, 0] = 0.0
+    strongest = np.argpartition(single, -count, axis=1)[:, -count:]
+    noise = np.take_along_axis(scatter, strongest, axis=1).sum(axis=1)
+    share = float((noise / np.take_along_axis(single, strongest, axis=1).sum(axis=1)).min())
+    if share > NOT_PERIODIC:
+        raise RecordError(
+            f"the inputs do not repeat themselves every {length} samples: {100 * share:.0f} % of the power of their "
+            f"{count} strongest lines differs from period to period, in record 1 ({channels.records[0].title}) or "
+            'another. Check the period and the clocks, or take method="welch" or "spectral".'
+        )
+
+
 def _check_periodic(channels: Channels, runs: list[_Periods], shares: list[list[Array]], power: Array) -> None:
     for run, deviations in zip(runs, shares, strict=True):
         if run.count < 2:
@@ -275,7 +333,7 @@ def _check_periodic(channels: Channels, runs: list[_Periods], shares: list[list[
                 f"{where}: {100 * share:.0f} % of the inputs' power differs from one period of {run.length} samples to "
                 "the next: much noise, a period that is not exact, or clocks that drift.",
                 RecordWarning,
-                stacklevel=5,
+                stacklevel=6,
             )
         if run.count > 2:
             first, others = squares[0].sum(), squares[1:].sum(axis=1)
@@ -284,22 +342,28 @@ def _check_periodic(channels: Channels, runs: list[_Periods], shares: list[list[
                     f"{where}: the first period differs from the others {np.sqrt(first / others.max()):.0f} times more "
                     "than they do from each other: a transient. Leave it out (drop_periods=).",
                     RecordWarning,
-                    stacklevel=5,
+                    stacklevel=6,
                 )
 
 
-def _coherence(
-    runs: list[_Periods], Y: ComplexArray, left: ComplexArray, scatter: ComplexArray, spare: int, between: int
-) -> Array:
-    """Return the share of the outputs' power in single periods that the response explains, (n_freq, n_out)."""
-    if spare + between == 0:
-        return np.full(Y.shape[:2], np.nan)
+def _coherences(
+    runs: list[_Periods],
+    Y: ComplexArray,
+    left: ComplexArray,
+    scatter: ComplexArray,
+    gain: ComplexArray,
+    response: ComplexArray,
+    known: bool,
+) -> tuple[Array, Array]:
+    """Return multiple and partial coherence of single periods, (n_freq, n_out) and (n_freq, n_out, n_in)."""
+    if not known:
+        return np.full(Y.shape[:2], np.nan), np.full(response.shape, np.nan)
     counts = np.array([run.count for run in runs])
     differs = np.einsum("fii->fi", scatter).real
     total = np.abs(Y) ** 2 @ counts + differs
     unexplained = np.abs(left) ** 2 @ counts + differs
-    share: Array = 1.0 - np.divide(unexplained, total, out=np.zeros_like(total), where=total > 0)
-    return share
+    share = np.divide(unexplained, total, out=np.zeros_like(total), where=total > 0)
+    return 1.0 - share, partial_coherence(response, unexplained / counts.mean(), gain)
 
 
 def _detection_lines(

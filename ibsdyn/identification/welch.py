@@ -18,6 +18,10 @@ from ibsdyn.identification.cross_spectra import (
     half_height_width,
     summed_products,
 )
+from ibsdyn.identification.effective_averages import Averages
+
+# Eigenvalues of the correlation between segments are taken at so many angles.
+_ANGLES = 64
 
 
 def welch_spectra(channels: Channels, length: int, window: str, overlap: float) -> CrossSpectra:
@@ -64,25 +68,36 @@ def welch_spectra(channels: Channels, length: int, window: str, overlap: float) 
     n_freq = (length + 1) // 2 - 1
     total = summed_products(blocks(), spectra_of, (n_freq, channels.count, channels.count))
     frequencies = np.arange(1, n_freq + 1) * channels.sample_rate / length
-    averages = sum(effective_averages(taper, hop, count) for count in counts)
+    averages = segment_averages(taper, hop, counts)
     resolution = relative_width(window) * channels.sample_rate / length
     return CrossSpectra(frequencies, total / sum(counts), averages, resolution)
 
 
-def effective_averages(taper: Array, hop: int, segments: int) -> float:
-    """Return how many independent segments overlapping ones are worth.
+def segment_averages(taper: Array, hop: int, counts: list[int]) -> Averages:
+    """Return the independent averages that overlapping segments are worth.
+
+    Parameters
+    ----------
+    taper : the window.
+    hop : samples from one segment to the next.
+    counts : segments of each record.
 
     Notes
     -----
-    K / (1 + 2 sum_k (1 - k/K) rho_k), rho_k the squared correlation of the window with itself k hops later
-    (Welch 1967).
+    Segments k hops apart correlate by the window's correlation with itself, c_k. The eigenvalues of the correlation of
+    many are 1 + 2 sum c_k cos(k theta), theta evenly spaced; the effective number is that of Welch (1967),
+    K / (1 + 2 sum (1 - k/K) c_k^2), where (1 - k/K) is the mean over the records.
     """
-    power = float(taper @ taper)
-    shared = 0.0
-    for k in range(1, min(segments, -(-len(taper) // hop))):
+    power, total = float(taper @ taper), sum(counts)
+    theta = 2 * np.pi * (np.arange(_ANGLES) + 0.5) / _ANGLES
+    weights = np.ones(_ANGLES)
+    for k in range(1, min(max(counts), -(-len(taper) // hop))):
+        pairs = sum(max(count - k, 0) for count in counts) / total
         correlation = float(taper[k * hop :] @ taper[: len(taper) - k * hop]) / power
-        shared += (1 - k / segments) * correlation**2
-    return segments / (1 + 2 * shared)
+        weights += 2 * np.sqrt(pairs) * correlation * np.cos(k * theta)
+    # Strong overlap makes some eigenvalues vanish, and the cut-off sum then may fall below zero by a little.
+    weights = np.maximum(weights, 1e-6)
+    return Averages(weights / weights.mean(), total / _ANGLES)
 
 
 def relative_width(window: str) -> float:

@@ -257,7 +257,7 @@ def test_both_ties_are_compared(flexure):
         np.testing.assert_allclose(values, 1 / np.diag(np.linalg.inv(average.K[6:12, 6:12])), rtol=1e-9)
     assert np.all(spread.stiffness_spread["tip"] > -1e-9)
     assert "stiffness at tip" in str(spread)
-    assert len(spread.plot().patches) == len(spread.frequency_spread)
+    assert len(spread.plot().patches) == len(spread.frequency_spread) + 6
 
 
 def test_the_cache_is_keyed_by_content(flexure, tmp_path):
