@@ -100,10 +100,17 @@ class Excitation:
 
     def band(self, share: float = 0.9999) -> tuple[float, float]:
         """Return the frequencies [Hz] between which ``share`` of its power lies, the mean left out."""
-        # The jump from the end of a signal without period to its beginning is none of its own.
-        ends = self.samples[[0, -1]]
-        line = 0.0 if self._circular else np.linspace(ends[0], ends[1], self.n_samples)
-        power = np.abs(np.asarray(scipy.fft.rfft(self.samples - line))) ** 2
+        bands = [self._band(self.samples, share)]
+        if not self._circular:
+            # The jump from the end of a signal without period to its beginning is none of its own; nor is the slope
+            # that takes it away.
+            ends = np.linspace(self.samples[0], self.samples[-1], self.n_samples)
+            bands.append(self._band(self.samples - ends, share))
+        lows, highs = zip(*bands, strict=True)
+        return max(lows), min(highs)
+
+    def _band(self, samples: Array, share: float) -> tuple[float, float]:
+        power = np.abs(np.asarray(scipy.fft.rfft(samples))) ** 2
         power[0] = 0.0
         if not power.any():
             return 0.0, 0.0

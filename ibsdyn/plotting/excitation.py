@@ -29,7 +29,8 @@ def plot_excitation(excitation: Excitation, axes: Sequence[Axes] | np.ndarray | 
     suffix = f" [{unit}]" if unit else ""
     whole = "one period" if excitation.is_periodic else "all of it"
     size_in_words = f"RMS {excitation.rms:.3g}{f' {unit}' if unit else ''}, crest factor {excitation.crest_factor:.2f}"
-    over_time.plot(time, excitation.samples, linewidth=0.8, label=f"{whole}: {size_in_words}")
+    over_time.plot(time, excitation.samples, linewidth=0.8)
+    over_time.set_title(f"{whole}: {size_in_words}", loc="right", fontsize="small")
     over_time.set_xlabel("time [s]")
     over_time.set_ylabel(f"signal{suffix}")
     size = np.abs(excitation.spectrum)
@@ -38,7 +39,8 @@ def plot_excitation(excitation: Excitation, axes: Sequence[Axes] | np.ndarray | 
         frequencies, drawn = numbers * excitation.resolution, size[numbers]
         if len(numbers) <= _STEMS:
             over_frequency.vlines(frequencies, 0.0, drawn, linewidth=0.8)
-        over_frequency.plot(frequencies, drawn, "o", markersize=2.5, label=f"{len(numbers)} lines")
+        over_frequency.plot(frequencies, drawn, "o", markersize=2.5)
+        over_frequency.set_title(f"{len(numbers)} lines", loc="right", fontsize="small")
         over_frequency.set_ylabel(f"amplitude of a line{suffix}")
         over_frequency.set_ylim(bottom=0.0)
     else:
@@ -47,13 +49,12 @@ def plot_excitation(excitation: Excitation, axes: Sequence[Axes] | np.ndarray | 
         shown = slice(1, None)
         over_frequency.semilogy(
             (np.arange(len(size)) * excitation.resolution)[shown],
-            np.maximum(density[shown], 1e-12 * density.max()),
+            np.maximum(density[shown], 1e-8 * density.max()),
             linewidth=0.5,
-            label="one-sided periodogram",
         )
+        over_frequency.set_title("one-sided periodogram", loc="right", fontsize="small")
         over_frequency.set_ylabel(f"PSD{f' [({unit})²/Hz]' if unit else ''}")
     over_frequency.set_xlabel("frequency [Hz]")
     for panel in (over_time, over_frequency):
         panel.grid(alpha=0.3)
-        panel.legend(loc="upper right", fontsize="small")
     return np.asarray(axes)
