@@ -2,8 +2,8 @@
 
 The module stands on a plate that three piezos move in z, Rx and Ry. It is mounted in three orientations, so that the
 nine runs move it in all six directions; six accelerometers on a cube under the plate see that motion, one on the edge
-of the mirror sees what comes out. All this happens on the nonlinear model here, with the noise of real accelerometers;
-the records of the real bench go the same way by `campaign.read(...)`.
+of the mirror sees what comes out. All this happens on the hybrid model here, with the noise of real accelerometers; the
+records of the real bench go the same way by `campaign.read(...)`.
 
     campaign       nine runs -> records
     estimate       records -> six responses Y1/U1 ... Y1/U6 with their 99 % regions
@@ -23,7 +23,7 @@ from pathlib import Path
 
 import numpy as np
 from mirror_flexure import MM
-from mirror_module import DISC_DIAMETER, DISC_THICKNESS, FLEXURE, PLATE, rigid_bodies
+from mirror_module import DISC_DIAMETER, DISC_THICKNESS, FLEXURE, PLATE, flexure, hybrid, rigid_bodies
 
 import ibsdyn as ibs
 
@@ -37,7 +37,7 @@ CUBE_POSITION = np.array([-0.035, 0.0, 0.0])  # m: under the plate
 NOISE = 5e-5  # m/s²/√Hz: 5 µg/√Hz, a good piezo-electric accelerometer
 RANGE = 50.0  # m/s²
 # The regions hold noise and distortion, not calibration: 0.2 % of cross-axis sensitivity in each of the seven leaves
-# 80 % of the lines in them instead of 99 %. The six must be calibrated together.
+# 75 % of the lines in them instead of 99 %. The six must be calibrated together.
 CROSS_AXIS = 0.0
 
 # Face of the cube (from its middle) and direction of each input accelerometer.
@@ -53,10 +53,10 @@ INPUTS = {
 # --- excitation ------------------------------------------------------------------------------------------------------
 
 RATE = 2048.0  # Hz
-LINES = ibs.band_lines(20.0, 800.0, 0.4)  # Hz: two and more in the width of the first resonance, 2 zeta f = 0.95 Hz
+LINES = ibs.band_lines(20.0, 800.0, 0.5)  # Hz: two and more in the width of the first resonance, 2 zeta f = 1.1 Hz
 LEVEL = 0.02  # m/s² per line
 CORNER = 60.0  # Hz: below it the stroke of a line stays the same
-STEPS_PER_SAMPLE = 12
+STEPS_PER_SAMPLE = 8
 AMPLITUDES = (1.0, 100.0, 300.0)  # times the level of the campaign, up to 6 m/s² per line
 
 
@@ -86,9 +86,12 @@ def excitation(every: int = 1) -> ibs.Multisine:
 def measure(bench: ibs.Campaign, model: ibs.Model, seed: int = 0) -> ibs.FrfEstimate:
     """Make all nine runs and estimate the responses of the mirror to the six input accelerometers."""
     with warnings.catch_warnings():
-        # The step shifts resonances by 0.3 %; predict() puts the same shift into the prediction.
+        # The step shifts resonances by up to 0.7 %; predict() puts the same shift into the prediction.
         warnings.simplefilter("ignore", ibs.SimulationWarning)
-        records = bench.simulate(model, excitation(), seed=seed, steps_per_sample=STEPS_PER_SAMPLE)
+        # Small deflections of the FE part are meant here; its floating frame would take five times as long.
+        records = bench.simulate(
+            model, excitation(), seed=seed, flexible="small-deflection", steps_per_sample=STEPS_PER_SAMPLE
+        )
     return ibs.estimate_frf(records, bench.input_names, bench.output_names, frequencies=LINES)
 
 
@@ -168,12 +171,13 @@ def draw(comparison: ibs.Comparison, responses: Sequence[ibs.FrequencyResponse],
 
 
 def main(folder: Path) -> None:
-    bench, model = campaign(), rigid_bodies()
+    bench, model = campaign(), hybrid(flexure())
     print(f"{bench}\n{bench.reconstruction}")
     estimate = measure(bench, model)
     comparison = ibs.compare(predict(bench, model), estimate)
     print(f"\n{estimate}\n{comparison}\n")
-    responses = over_amplitude(bench, model)
+    # The leaf springs as rigid-body connections: what grows with amplitude here is the geometry of the mechanism.
+    responses = over_amplitude(bench, rigid_bodies())
     for times, departure in zip(AMPLITUDES, departures(responses), strict=True):
         print(
             f"{times * LEVEL:5.3g} m/s² per line: {100 * departure:6.3f} % of the peak away from the smallest amplitude"

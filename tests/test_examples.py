@@ -62,8 +62,9 @@ def mirror_experiment():
     return mirror_experiment
 
 
+@pytest.mark.filterwarnings("ignore:.*no wider than:ibsdyn.errors.RecordWarning")  # of so few lines
 def test_mirror_experiment_holds_the_model_and_shows_the_nonlinearity(mirror_experiment, monkeypatch, capsys, tmp_path):
-    # a quarter of the lines and of the time
+    # a third of the lines and of the time
     monkeypatch.setattr(mirror_experiment, "LINES", ibs.band_lines(20.8, 800.0, 1.6))
     mirror_experiment.main(tmp_path)
     printed = capsys.readouterr().out
