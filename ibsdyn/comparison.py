@@ -248,7 +248,7 @@ def compare(
 def _cell(resonance: Resonance | None, what: str) -> str:
     if resonance is None:
         return f"{'-':>9}"
-    return f"{resonance.frequency:9.4g}" if what == "frequency" else f"{100 * resonance.damping_ratio:9.3g}"
+    return f"{resonance.frequency:#9.4g}" if what == "frequency" else f"{100 * resonance.damping_ratio:#9.3g}"
 
 
 def _common(ours: tuple[str, ...], theirs: tuple[str, ...], what: str) -> list[str]:
