@@ -224,6 +224,7 @@ def _responses(rng, n_out, n_in, n_lines):
     return complex_normal(rng, (n_out, n_in, 1)) + 0.3 * complex_normal(rng, (n_out, n_in, n_lines))
 
 
+@pytest.mark.filterwarnings("ignore::ibsdyn.RecordWarning")
 def test_nine_runs_of_six_inputs_give_the_exact_response_without_noise():
     rng = np.random.default_rng(1)
     harmonics = np.arange(5, 80)
@@ -362,6 +363,7 @@ def test_bands_apart_and_logarithmic_lines_are_found():
     assert _lines_found(dense) == set(dense)
 
 
+@pytest.mark.filterwarnings("ignore::ibsdyn.RecordWarning")
 def test_only_the_last_whole_periods_count_and_transients_can_be_dropped():
     rng = np.random.default_rng(7)
     harmonics = np.arange(3, 60)
@@ -480,6 +482,7 @@ def test_too_little_data_has_no_region():
         estimate.magnitude_bounds()
 
 
+@pytest.mark.filterwarnings("ignore::ibsdyn.RecordWarning")
 def test_noise_passed_as_periodic_is_refused_and_a_drifting_clock_told():
     noise = noise_record(n=10_000)
     with pytest.raises(ibs.RecordError, match="no line that repeats itself every 1000 samples"):
