@@ -36,6 +36,13 @@ FUNCTIONS = [
     ibs.bracket,
     ibs.read_record,
     ibs.required_stiffness,
+    ibs.estimate_frf,
+    ibs.FrfEstimate.plot,
+    ibs.FrfEstimate.radius,
+    ibs.FrfEstimate.covariance,
+    ibs.compare,
+    ibs.Comparison.plot,
+    ibs.estimate_modes,
     fi.reduce,
 ]
 

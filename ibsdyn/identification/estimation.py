@@ -202,8 +202,9 @@ def _from_spectra(channels: Channels, spectra: CrossSpectra, regression: Regress
 
 
 def _warn_of_narrow_peaks(estimate: FrfEstimate, method: str) -> None:
-    known = bool(np.all(estimate.degrees_of_freedom > 0))
-    peaks = find_resonances(estimate, estimate.radius(0.99) if known else None)
+    if not np.all(estimate.degrees_of_freedom > 0):
+        return  # nothing tells a resonance from noise
+    peaks = find_resonances(estimate, estimate.radius(0.99))
     needed = _WIDTH_OVER_RESOLUTION[method]
     narrow = [peak for peak in peaks if peak.width < needed * estimate.resolution]
     if not narrow:
