@@ -194,6 +194,13 @@ def test_h2_of_two_by_two_inverts_the_reverse_regression_and_covers():
         ibs.estimate_frf(record, ["u1", "u2"], ["y1"], "welch", estimator="H2")
 
 
+def test_default_windows_suit_the_shortest_of_several_records():
+    records = [noise_record(seed=1, n=50_000), noise_record(seed=2, n=1000)]
+    for method in ("welch", "spectral"):
+        estimate = ibs.estimate_frf(records, "u1", "y1", method)
+        assert np.mean(abs(estimate.response - true_response(estimate.frequencies)) < estimate.radius(0.99)) > 0.95
+
+
 def test_coherences():
     record = noise_record(n=400_000, inputs=2)
     estimate = ibs.estimate_frf(record, ["u1", "u2"], "y1", "welch", window_length=256)
