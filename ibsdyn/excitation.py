@@ -169,6 +169,11 @@ class Excitation:
         samples = scipy.fft.irfft(kept, count) * (count / self.n_samples)
         return replace(self, samples=samples, sample_rate=sample_rate)
 
+    def scaled(self, factor: float) -> Excitation:
+        """Return it ``factor`` times as large; a negative factor turns its sign."""
+        size = number(factor, f"{self.name}: factor", "")
+        return replace(self, samples=size * self.samples)
+
     def plot(self, axes: Sequence[Axes] | np.ndarray | None = None, unit: str = "") -> np.ndarray:
         """Draw the signal over time and the amplitudes of its lines (of a signal without period: its spectrum).
 

@@ -20,6 +20,7 @@ from ibsdyn.harmonic import harmonic_response
 from ibsdyn.locks import eliminate_locks
 from ibsdyn.modes import Modes, undamped_modes
 from ibsdyn.quasi_static import QuasiStaticMotion, quasi_static_motion
+from ibsdyn.reduction_trust import reduction_errors, warn_of_frequencies_beyond, warn_of_modes_beyond
 from ibsdyn.signals import Input, Sensor, base_column, load_column, sensor_row
 from ibsdyn.state_space import StateSpace, state_space
 
@@ -76,7 +77,8 @@ class LinearSystem:
             kinetic[body.name] = np.einsum("ir,ij,jr->r", full[place], self._body_mass[body.name], full[place])
         shares = strain_energy_shares(self._parts, shapes, rigid)
         frequencies = omega / (2 * np.pi)
-        for array in (frequencies, ratios, full, *shares.values(), *kinetic.values()):
+        errors = reduction_errors(self._assembly, frequencies, full)
+        for array in (frequencies, ratios, full, errors, *shares.values(), *kinetic.values()):
             array.setflags(write=False)  # the modes are kept: what one caller changed the next would see
         return Modes(
             frequencies=frequencies,
@@ -86,6 +88,7 @@ class LinearSystem:
             strain_energy=MappingProxyType(shares),
             kinetic_energy=MappingProxyType(kinetic),
             rigid=rigid,
+            reduction_errors=errors,
             _assembly=self._assembly,
             _full_shapes=full,
         )
@@ -95,8 +98,17 @@ class LinearSystem:
         return {body.name: body_mass_matrix(body) for body in self._assembly.bodies}
 
     def modes(self) -> Modes:
-        """Return the undamped modes with the base at rest, rigid-body modes (0 Hz) included."""
-        return self._modes
+        """Return the undamped modes with the base at rest, rigid-body modes (0 Hz) included.
+
+        Warns
+        -----
+        ModelWarning : a mode of the assembly deforms a reduced body near or above its cut-off.
+        """
+        modes = self._modes
+        warn_of_modes_beyond(
+            self._assembly, modes.frequencies, modes._full_shapes, modes.strain_energy, modes.kinetic_energy
+        )
+        return modes
 
     @known_keywords
     def frf(
@@ -124,8 +136,14 @@ class LinearSystem:
         ------
         ModelError : an input or output that the model does not have.
         AnalysisError : frequencies that are none, or at which the response is infinite.
+
+        Warns
+        -----
+        ModelWarning : frequencies above what the reduction of a flexible body carries.
         """
-        return harmonic_response(self, inputs, outputs, frequencies, hysteretic)
+        response = harmonic_response(self, inputs, outputs, frequencies, hysteretic)
+        warn_of_frequencies_beyond(self._assembly, response.frequencies)
+        return response
 
     @known_keywords
     def to_state_space(self, inputs: Input | Sequence[Input], outputs: Sensor | Sequence[Sensor]) -> StateSpace:

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from ibsdyn.axes import Array
 from ibsdyn.errors import ExcitationError, known_keywords, nearest
 from ibsdyn.excitation import Excitation, below_nyquist, positive
+from ibsdyn.validation import number
 
 PHASES = ("random", "schroeder", "low-crest")
 MATRICES = ("dft", "hadamard")
@@ -89,6 +90,12 @@ class Multisine(Excitation):
             self._with_phases(_random_phases(len(self.lines), np.random.default_rng(child))) for child in children
         ]
         return (self, *others)
+
+    def scaled(self, factor: float) -> Multisine:
+        """Return it ``factor`` times as large; a negative factor turns its sign."""
+        size = number(factor, f"{self.name}: factor", "")
+        phases = self.phases if size >= 0 else self.phases + np.pi
+        return replace(self, samples=size * self.samples, amplitudes=abs(size) * self.amplitudes, phases=phases)
 
     def _with_phases(self, phases: Array) -> Multisine:
         samples = _samples(self.lines, self.base_frequency, self.amplitudes, phases, self.n_samples)

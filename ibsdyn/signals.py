@@ -71,7 +71,8 @@ class Force(_Signal):
 
     Parameters
     ----------
-    item : a body or an interface; on a flexible body's own name it acts on all of its mass, as gravity does.
+    item : a body, an interface or a sensor point; on a flexible body's own name it acts on all of its mass, as gravity
+        does.
     direction : "x", "y", "z" or a 3-vector (its length does not matter).
     position : (3,) point of attack [m]; the CoG or the interface's frame if None.
     name : how results call it.
@@ -204,7 +205,8 @@ class Sensor(_Motion):
 
     Parameters
     ----------
-    item : a body, a fixation or an interface; a flexible body's own name stands for its mean motion.
+    item : a body, a fixation, an interface or a sensor point of a flexible body ("flexure.optic"); a flexible body's
+        own name stands for its mean motion.
     direction : "x" ... "rz", or a 3-vector (its length does not matter).
     position : (3,) the point [m]; the CoG or the frame if None.
     quantity : "displacement", "velocity" or "acceleration".
@@ -257,6 +259,8 @@ def load_column(signal: Force | Torque | Stroke, assembly: Assembly) -> Array:
     if isinstance(assembly.items.get(signal.item), Fixation):
         raise ModelError(f"{what}: {signal.item!r} is a fixation, which no force moves; use BaseMotion.")
     position = signal.position if isinstance(signal, Force) else None
+    if isinstance(signal, Torque):
+        _refuse_unknown_rotation(signal, assembly, signal.item)
     row: Array = _row(signal, assembly) @ assembly.motion(signal.item, position)
     return row
 
@@ -308,6 +312,9 @@ def sensor_row(sensor: Sensor, assembly: Assembly) -> Array:
     what = sensor.name
     assembly.address(sensor.item, what)
     direction = _row(sensor, assembly)
+    if sensor.is_rotation:
+        for item in (sensor.item, sensor.relative_to):
+            _refuse_unknown_rotation(sensor, assembly, item)
     row: Array = direction @ assembly.motion(sensor.item, sensor.position)
     if sensor.relative_to is not None:
         assembly.address(sensor.relative_to, f"{what}: relative_to")
@@ -351,6 +358,14 @@ def checked_outputs(outputs: object) -> tuple[Sensor, ...]:
 
 def _listed(value: object) -> list[object]:
     return list(value) if isinstance(value, (list, tuple)) else [value]
+
+
+def _refuse_unknown_rotation(signal: _Signal, assembly: Assembly, item: str | None) -> None:
+    if item is not None and not assembly.tells_rotation(item):
+        raise ModelError(
+            f"{signal.name}: sensor point {item!r} is too few nodes to know a rotation; give fi.reduce three for it "
+            "that are not on one line."
+        )
 
 
 def _row(signal: _Signal, assembly: Assembly) -> Array:
