@@ -6,6 +6,7 @@ body = fi.reduce(part, interfaces={"base": "BASE", "tip": "TIP"}, max_frequency=
 """
 
 from fem_import.display import DisplayMesh
+from fem_import.effective_mass import EffectiveMasses, effective_masses
 from fem_import.errors import (
     ExportError,
     ExportWarning,
@@ -34,11 +35,16 @@ from fem_import.readers import (
     read_nastran_superelement,
     read_npz,
 )
-from fem_import.reduced_body import InterfaceFrame, ReducedBody
+from fem_import.reduced_body import InterfaceFrame, ReducedBody, SensorPoint
 from fem_import.reduction import reduce
+from fem_import.selection import Box, Cylinder, Plane
+from fem_import.tie_comparison import TieComparison, compare_ties
 
 __all__ = [
+    "Box",
+    "Cylinder",
     "DisplayMesh",
+    "EffectiveMasses",
     "ExportError",
     "ExportReport",
     "ExportWarning",
@@ -50,10 +56,15 @@ __all__ = [
     "InterfaceFrame",
     "MissingFileError",
     "ModeCheck",
+    "Plane",
     "ReducedBody",
     "ReductionError",
+    "SensorPoint",
+    "TieComparison",
     "UnknownKeywordError",
     "UnknownNameError",
+    "compare_ties",
+    "effective_masses",
     "mode_check",
     "read",
     "read_abaqus",

@@ -1,4 +1,4 @@
-"""Craig-Bampton bases with rigid and averaged interfaces."""
+"""Reduction bases with rigid and averaged interfaces, and the part's matrices in them."""
 
 from __future__ import annotations
 
@@ -13,16 +13,42 @@ from fem_import.errors import ReductionError
 from fem_import.fe_model import FEModel
 from fem_import.interfaces import TiedInterface
 from fem_import.interior import Interior
-from fem_import.lanczos import lowest_modes
+from fem_import.interior_vectors import (
+    InteriorModes,
+    first_fixed_interface_mode,
+    fixed_interface_modes,
+    free_interface_modes,
+    new_directions,
+    participating,
+    rigid_frames,
+)
+from fem_import.progress import Progress
 from fem_import.rigid_motion import rigid_motion_at
+from fem_import.sensor_points import ObservedPoint
 from fem_import.sparse_blocks import RowParallel
+from fem_import.tall_blocks import combine, inner
 from fem_import.threads import one_blas_thread
 
 FloatArray: TypeAlias = NDArray[np.float64]
 
-_NEW_DIRECTION = 1e-6  # of an inertia vector's size: what is left over of it beyond modes and the others
+METHODS = ("craig-bampton", "craig-chang", "guyan")
 _COLUMNS_AT_ONCE = 12
 _DEGENERATE = 1e-9  # relative distance of eigenvalues that are one to rounding
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """What a basis is made of.
+
+    method: one of METHODS; max_frequency: cut-off [Hz]; inertia_vectors: add K_ii^-1 (M Psi_c)_i, the first
+    correction of the constraint modes for inertia (at equal size the error below half the cut-off was measured 75
+    times smaller); min_participation: least share of a fixed-interface mode in what the frames feel of the inside.
+    """
+
+    method: str
+    max_frequency: float
+    inertia_vectors: bool
+    min_participation: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,8 +57,8 @@ class ComponentModes:
 
     basis (N, n): columns are the six constraint modes of each interface, then the interior modes; M, K (n,
     n), C (n, n) or None; mass_times_basis (N, n); frequencies of the interior modes [Hz], K's interior block
-    is (2 pi f)^2 and M's is 1; n_below: fixed-interface modes below the cut-off; next_frequency: the first
-    fixed-interface mode above it [Hz], None if there is none; solver: what factored; dynamic_compliance (n, n):
+    is (2 pi f)^2 and M's is 1; n_below: modes of the method below the cut-off; next_frequency: the first one
+    above it [Hz], None if there is none; solver: what factored; dynamic_compliance (n, n):
     (M Psi)_i^T K_ii^-1 (M Psi)_i, from which `frequency_errors` estimates what the missing modes would change.
     """
 
@@ -48,20 +74,20 @@ class ComponentModes:
     dynamic_compliance: FloatArray
 
 
-def craig_bampton(
+def component_modes(
     part: FEModel,
     interfaces: tuple[TiedInterface, ...],
-    max_frequency: float,
+    sensors: tuple[ObservedPoint, ...],
+    recipe: Recipe,
     is_free: bool,
-    inertia_vectors: bool,
+    progress: Progress,
 ) -> ComponentModes:
-    """Reduce by Craig and Bampton (AIAA J. 6(7), 1968), with modes below `max_frequency` [Hz].
+    """Reduce a part by component mode synthesis.
 
-    Constraint modes minimise the strain energy for unit frames, fixed-interface modes have all frames at
-    zero; with averaged frames both in the constrained sense of `Interior`, so K stays block diagonal in
-    either tie. inertia_vectors adds K_ii^-1 (M Psi_c)_i, the first correction of the constraint modes for
-    inertia, and diagonalises the interior anew: at equal size the error below half the cut-off was measured
-    75 times smaller.
+    Constraint modes minimise the strain energy for unit frames; all other vectors have all frames at zero, with
+    averaged frames both in the constrained sense of `Interior`. K is then block diagonal in either tie and by any
+    method. A sensor point adds its attachment modes K_ii^-1 A^T: with them its static compliance, to loads on it and
+    on the frames alike, is exact.
 
     Of a free part the constraint modes of the first frame are what rigid motion and the other frames leave,
     and K is expressed in displacements relative to the first frame. Exact K does both by itself; printed
@@ -69,46 +95,53 @@ def craig_bampton(
     it out: K R = 0 and R^T M R keeps mass and inertia to rounding.
     """
     with one_blas_thread():
-        return _craig_bampton(part, interfaces, max_frequency, is_free, inertia_vectors)
+        return _component_modes(part, interfaces, sensors, recipe, is_free, progress)
 
 
-def _craig_bampton(
+def _component_modes(
     part: FEModel,
     interfaces: tuple[TiedInterface, ...],
-    max_frequency: float,
+    sensors: tuple[ObservedPoint, ...],
+    recipe: Recipe,
     is_free: bool,
-    inertia_vectors: bool,
+    progress: Progress,
 ) -> ComponentModes:
+    progress.stage("factoring the stiffness")
     interior = Interior(part, interfaces, is_free)
+    progress.stage("constraint modes")
     constraint = _constraint_modes(part, interfaces, interior, is_free)
     mass, stiffness = RowParallel(part.M), RowParallel(part.K)
     mass_constraint = mass @ constraint
     corrections = interior.solve(mass_constraint[interior.rows])
 
-    cutoff = (2.0 * np.pi * max_frequency) ** 2
-    eigenvalues, modes = lowest_modes(
-        interior.solve, interior.M, lambda estimates: int(np.searchsorted(estimates, cutoff))
-    )
-    n_below = int(np.searchsorted(eigenvalues, cutoff))
-    next_frequency = float(np.sqrt(eigenvalues[n_below])) / (2.0 * np.pi) if n_below < len(eigenvalues) else None
-    inner = modes[:, :n_below]
-    if inertia_vectors:
-        inner = np.hstack([inner, _new_directions(corrections, inner, interior)])
-    del modes
+    progress.stage(f"modes below {recipe.max_frequency:g} Hz")
+    if recipe.method == "craig-bampton":
+        modes = fixed_interface_modes(interior, recipe.max_frequency)
+        if recipe.min_participation > 0.0:
+            modes = participating(
+                modes, _participation(modes, corrections, mass_constraint[interior.rows]), recipe.min_participation
+            )
+    elif recipe.method == "craig-chang":
+        modes = free_interface_modes(part, interfaces, interior, constraint, recipe.max_frequency, is_free)
+    else:
+        modes = first_fixed_interface_mode(interior)
+    vectors = _interior_basis(modes, corrections, interior, interfaces, sensors, recipe, is_free)
 
+    progress.stage("projection")
     n_frames = constraint.shape[1]
-    basis = np.zeros((len(part.dofs), n_frames + inner.shape[1]), order="F")
+    basis = np.zeros((len(part.dofs), n_frames + vectors.shape[1]), order="F")
     basis[:, :n_frames] = constraint
-    basis[interior.rows, n_frames:] = inner
-    del inner
+    basis[interior.rows, n_frames:] = vectors
+    eigenvalues, n_below, next_frequency = modes.eigenvalues, modes.n_below, modes.next_frequency
+    del vectors, modes
     mass_times_basis = np.empty_like(basis, order="F")
     mass_times_basis[:, :n_frames] = mass_constraint
     mass_times_basis[:, n_frames:] = mass @ basis[:, n_frames:]
-    dynamic = _dynamic_compliance(interior, corrections, mass_times_basis, eigenvalues[:n_below])
+    dynamic = _dynamic_compliance(interior, corrections, mass_times_basis, eigenvalues)
     rotation, eigenvalues = _diagonal(basis[:, n_frames:], mass_times_basis[:, n_frames:], stiffness)
-    rotation = rotation @ _reproducible_axes(basis[:, n_frames:] @ rotation, eigenvalues)
+    rotation = rotation @ _reproducible_axes(combine(basis[:, n_frames:], rotation), eigenvalues)
     for columns in (basis[:, n_frames:], mass_times_basis[:, n_frames:]):
-        columns[:] = columns @ rotation
+        combine(columns, rotation, out=columns)
     turn = linalg.block_diag(np.eye(n_frames), rotation)
     C = None if part.C is None else _symmetric(basis.T @ (part.C @ basis))
     return ComponentModes(
@@ -123,6 +156,55 @@ def _craig_bampton(
         solver=interior.solver,
         dynamic_compliance=_symmetric(turn.T @ dynamic @ turn),
     )
+
+
+def _interior_basis(
+    modes: InteriorModes,
+    corrections: FloatArray,
+    interior: Interior,
+    interfaces: tuple[TiedInterface, ...],
+    sensors: tuple[ObservedPoint, ...],
+    recipe: Recipe,
+    is_free: bool,
+) -> FloatArray:
+    """Return the interior vectors (n_interior, k) of a method, M-orthonormal, its modes first."""
+    if recipe.method == "guyan":
+        return modes.vectors
+    added = []
+    if recipe.inertia_vectors:
+        added.append(corrections)
+    elif recipe.method == "craig-chang" and is_free:
+        added.append(corrections @ rigid_frames(interfaces))
+    if sensors:
+        added.append(_attachment_modes(interior, sensors))
+    if not added:
+        return modes.vectors
+    return np.hstack([modes.vectors, new_directions(np.hstack(added), modes.vectors, interior)])
+
+
+def _attachment_modes(interior: Interior, sensors: tuple[ObservedPoint, ...]) -> FloatArray:
+    """Return K_ii^-1 A^T (n_interior, 3 or 6 a sensor): deflections under unit loads at the sensor points."""
+    place = {int(row): index for index, row in enumerate(interior.rows)}
+    loads = np.zeros((len(interior.rows), sum(len(sensor.matrix) for sensor in sensors)))
+    first = 0
+    for sensor in sensors:
+        for row, column in zip(sensor.rows.tolist(), sensor.matrix.T, strict=True):
+            if row in place:  # what sits on a rigid interface moves with its frame already
+                loads[place[row], first : first + len(column)] += column
+        first += len(sensor.matrix)
+    return interior.solve(loads)
+
+
+def _participation(modes: InteriorModes, corrections: FloatArray, mass_constraint: FloatArray) -> FloatArray:
+    """Return the share (k, n_frames) of each fixed-interface mode in the dynamic compliance of each frame coordinate.
+
+    To the frames the inside answers with omega^4 (M Psi)_i^T K_ii^-1 (M Psi)_i beyond its static mass, to first
+    order; mode r holds (phi_r^T M Psi)^2 / lambda_r of it, and all modes together hold all of it.
+    """
+    factors = modes.vectors.T @ mass_constraint
+    whole = np.einsum("ij,ij->j", corrections, mass_constraint)
+    shares = factors**2 / modes.eigenvalues[:, None]
+    return np.asarray(np.divide(shares, whole, out=np.zeros_like(shares), where=whole > 0.0))
 
 
 def _constraint_modes(
@@ -160,18 +242,6 @@ def _constraint_modes(
     return modes
 
 
-def _new_directions(vectors: FloatArray, modes: FloatArray, interior: Interior) -> FloatArray:
-    """Return an M-orthonormal basis of what `vectors` add to the M-orthonormal `modes`."""
-    size = np.sqrt(np.einsum("ij,ij->j", vectors, interior.M @ vectors))
-    vectors = vectors[:, size > 0.0] / size[size > 0.0]
-    for _ in range(2):
-        vectors = vectors - modes @ (modes.T @ (interior.M @ vectors))
-    gram = vectors.T @ (interior.M @ vectors)
-    values, directions = np.linalg.eigh(_symmetric(gram))
-    kept = values > _NEW_DIRECTION**2
-    return np.asarray(vectors @ (directions[:, kept] / np.sqrt(values[kept])))
-
-
 def _dynamic_compliance(
     interior: Interior, corrections: FloatArray, mass_times_basis: FloatArray, eigenvalues: FloatArray
 ) -> FloatArray:
@@ -183,20 +253,20 @@ def _dynamic_compliance(
     n_frames, n_known = corrections.shape[1], corrections.shape[1] + len(eigenvalues)
     size = mass_times_basis.shape[1]
     dynamic = np.zeros((size, size))
-    dynamic[:n_frames] = corrections.T @ mass_times_basis[interior.rows]
+    dynamic[:n_frames] = inner(corrections, mass_times_basis[interior.rows])
     dynamic[:, :n_frames] = dynamic[:n_frames].T
     dynamic[range(n_frames, n_known), range(n_frames, n_known)] = 1.0 / eigenvalues
     loads = mass_times_basis[interior.rows, n_known:]
-    dynamic[n_known:, n_known:] = loads.T @ interior.solve(loads)
+    dynamic[n_known:, n_known:] = inner(loads, interior.solve(loads))
     return _symmetric(dynamic)
 
 
-def _diagonal(inner: FloatArray, mass_times_inner: FloatArray, K: RowParallel) -> tuple[FloatArray, FloatArray]:
+def _diagonal(vectors: FloatArray, mass_times_vectors: FloatArray, K: RowParallel) -> tuple[FloatArray, FloatArray]:
     """Return the rotation of the interior vectors that makes M 1 and K diagonal, with the eigenvalues."""
-    if inner.shape[1] == 0:
+    if vectors.shape[1] == 0:
         return np.empty((0, 0)), np.empty(0)
-    stiffness = _symmetric(_energy(K, inner))
-    mass = _symmetric(inner.T @ mass_times_inner)
+    stiffness = _symmetric(_energy(K, vectors))
+    mass = _symmetric(inner(vectors, mass_times_vectors))
     eigenvalues, rotation = linalg.eigh(stiffness, mass)
     if eigenvalues[0] <= 0.0:
         raise ReductionError(
@@ -212,7 +282,7 @@ def _energy(K: RowParallel, vectors: FloatArray) -> FloatArray:
     """Return V^T K V, a few columns at a time: K V beside V would double the memory."""
     return np.hstack(
         [
-            vectors.T @ (K @ vectors[:, first : first + _COLUMNS_AT_ONCE])
+            inner(vectors, K @ vectors[:, first : first + _COLUMNS_AT_ONCE])
             for first in range(0, vectors.shape[1], _COLUMNS_AT_ONCE)
         ]
     )
@@ -242,7 +312,7 @@ def _reproducible_axes(modes: FloatArray, eigenvalues: FloatArray) -> FloatArray
 
 
 def _reduced_mass(basis: FloatArray, mass_times_basis: FloatArray, n_frames: int) -> FloatArray:
-    mass = _symmetric(basis.T @ mass_times_basis)
+    mass = _symmetric(inner(basis, mass_times_basis))
     mass[n_frames:, n_frames:] = np.eye(basis.shape[1] - n_frames)
     return mass
 

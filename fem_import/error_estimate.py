@@ -7,18 +7,22 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fem_import.component_modes import ComponentModes
-
 FloatArray: TypeAlias = NDArray[np.float64]
 
 
-def frequency_errors(modes: ComponentModes, frequencies: ArrayLike, shapes: ArrayLike) -> FloatArray:
-    """Estimate by how much the reduction has raised frequencies, of the part alone or of an assembly with it.
+def frequency_errors(
+    dynamic_compliance: FloatArray, K: FloatArray, n_frames: int, frequencies: ArrayLike, shapes: ArrayLike
+) -> FloatArray:
+    """Estimate by how much a reduction has raised frequencies, of the part alone or of an assembly with it.
 
     Parameters
     ----------
-    modes
-        The reduced part.
+    dynamic_compliance
+        (n, n): (M Psi)_i^T K_ii^-1 (M Psi)_i.
+    K
+        (n, n) reduced stiffness, diagonal beyond its n_frames first rows.
+    n_frames
+        Number of interface coordinates.
     frequencies
         (k,) [Hz], of the reduced part or of the assembly; positive.
     shapes
@@ -35,12 +39,10 @@ def frequency_errors(modes: ComponentModes, frequencies: ArrayLike, shapes: Arra
     The residual r = (K - lambda M) Psi q has entries on interior rows only, where nothing but the part acts,
     and df/f = r^T K_ii^-1 r / (2 lambda), the first correction of the Rayleigh quotient in the norm of
     K_ii^-1. With q an eigenvector this is (lambda^2 q^T D q - q_m^T Lambda q_m) / (2 lambda), where D is
-    `ComponentModes.dynamic_compliance` and Lambda the interior block of the reduced K.
+    the dynamic compliance and Lambda the interior block of the reduced K.
     """
     values = (2.0 * np.pi * np.asarray(frequencies, dtype=np.float64)) ** 2
     columns = np.asarray(shapes, dtype=np.float64)
-    n_frames = len(modes.K) - len(modes.frequencies)
-    of_all = np.einsum("ik,ij,jk->k", columns, modes.dynamic_compliance, columns, optimize=True)
-    stiffness = np.diag(modes.K)[n_frames:]
-    of_inner = stiffness @ columns[n_frames:] ** 2
+    of_all = np.einsum("ik,ij,jk->k", columns, dynamic_compliance, columns, optimize=True)
+    of_inner = np.diag(K)[n_frames:] @ columns[n_frames:] ** 2
     return np.asarray(np.maximum(values**2 * of_all - of_inner, 0.0) / (2.0 * values))

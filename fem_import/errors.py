@@ -8,7 +8,7 @@ import sys
 import warnings
 from collections.abc import Iterable
 
-_PACKAGE_FOLDER = os.path.dirname(os.path.abspath(__file__)) + os.sep
+PACKAGE_FOLDER = os.path.dirname(os.path.abspath(__file__)) + os.sep
 
 
 class FemImportError(Exception):
@@ -66,13 +66,18 @@ def refuse_unknown_names(what: str, given: Iterable[str], known: Iterable[str]) 
 
 
 def warn_user(message: str) -> None:
-    """Issue an ExportWarning that points at the first line outside this package.
+    """Issue an ExportWarning that points at the first line outside this package."""
+    warn_outside(message, ExportWarning, (PACKAGE_FOLDER,))
+
+
+def warn_outside(message: str, category: type[Warning], folders: tuple[str, ...]) -> None:
+    """Issue a warning that points at the first line outside some folders.
 
     A fixed stacklevel would be wrong for one of two routes, as `read` calls `read_calculix`.
     """
     level = 1
     frame = sys._getframe()
-    while frame.f_back is not None and os.path.abspath(frame.f_code.co_filename).startswith(_PACKAGE_FOLDER):
+    while frame.f_back is not None and os.path.abspath(frame.f_code.co_filename).startswith(folders):
         frame = frame.f_back
         level += 1
-    warnings.warn(message, ExportWarning, stacklevel=level)
+    warnings.warn(message, category, stacklevel=level)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from fem_import.fe_model import FEModel
+from fem_import.tall_blocks import inner
 
 FloatArray: TypeAlias = NDArray[np.float64]
 
@@ -61,5 +62,5 @@ def inertia_integrals(part: FEModel, basis: FloatArray, mass_times_basis: FloatA
         second_moment=x.T @ mass_x,
         translation=np.array([field.sum(axis=0) for field in mass_fields]),
         rotation=np.array([[x[:, k] @ mass_fields[axis] for axis in range(3)] for k in range(3)]),
-        flexible=np.array([[fields[k].T @ mass_fields[axis] for axis in range(3)] for k in range(3)]),
+        flexible=np.array([[inner(fields[k], mass_fields[axis]) for axis in range(3)] for k in range(3)]),
     )

@@ -12,10 +12,11 @@ from numpy.typing import ArrayLike, NDArray
 from fem_import.errors import InterfaceError, UnknownNameError, nearest_known
 from fem_import.fe_model import FEModel
 from fem_import.rigid_motion import rigid_motion_of_dofs
+from fem_import.selection import Selection
 
 FloatArray: TypeAlias = NDArray[np.float64]
 IntArray: TypeAlias = NDArray[np.int64]
-Nodes: TypeAlias = "str | Sequence[int] | IntArray"
+Nodes: TypeAlias = "str | Sequence[int] | IntArray | Selection"
 
 TIES = ("rigid", "average")
 _RANK_TOLERANCE = 1e-6  # of the interface's own size: flatter sets of nodes do not hold a rotation
@@ -27,16 +28,18 @@ class Interface:
 
     Attributes
     ----------
-    nodes : a node set's name or node labels.
+    nodes : a node set's name, node labels, or a region as ``fi.Cylinder(...)``.
     position : (3,) of the frame [m]; the mean of the nodes if None.
     tie : "rigid" (RBE2) or "average" (RBE3, adds no stiffness); None takes that of `reduce`.
-    weights : of an average, one positive number a node in the order of ascending labels; all equal if None.
+    weights : of an average: "area", or one positive number a node in the order of ascending labels; all equal if
+        None. "area" gives each node its share of the faces between the nodes, so that a fine mesh on one side does
+        not pull the average there; nodes without a share (the middles of edges) leave it.
     """
 
     nodes: Nodes
     position: ArrayLike | None = None
     tie: str | None = None
-    weights: ArrayLike | None = None
+    weights: ArrayLike | str | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +77,7 @@ def tie_interfaces(
     for name, given in interfaces.items():
         check_interface_name(name)
         interface = given if isinstance(given, Interface) else Interface(given)
-        tied.append(_tie(part, name, interface, default_tie))
+        tied.append(tie_one(part, name, interface, default_tie))
     owner: dict[int, str] = {}
     for resolved in tied:
         for node in resolved.node_ids.tolist():
@@ -95,34 +98,43 @@ def check_interface_name(name: object) -> None:
         )
 
 
-def _tie(part: FEModel, name: str, interface: Interface, default_tie: str) -> TiedInterface:
+def tie_one(part: FEModel, name: str, interface: Interface, default_tie: str) -> TiedInterface:
+    """Resolve one interface on a model. Raises InterfaceError in words, UnknownNameError for sets and ties."""
     tie = check_tie(default_tie if interface.tie is None else interface.tie)
-    node_ids = _node_labels(part, name, interface.nodes)
-    at = part.positions[np.flatnonzero(np.isin(part.node_ids, node_ids))[_label_order(part, node_ids)]]
-    position = at.mean(axis=0) if interface.position is None else _position(name, interface.position)
+    node_ids = node_labels(part, name, interface.nodes)
+    weights = _weights(part, name, interface.weights, tie, node_ids)
+    node_ids, weights = node_ids[weights > 0.0], weights[weights > 0.0]
+    at = positions_of(part, node_ids)
+    position = at.mean(axis=0) if interface.position is None else checked_position(name, interface.position)
+    if interface.position is None and tie == "average":
+        position = weights @ at / weights.sum()
     radius = float(np.max(np.linalg.norm(at - position, axis=1)))
     rows = _rows(part, name, node_ids, rotations=tie == "rigid")
     motion = rigid_motion_of_dofs(part.positions[part.dof_nodes()[rows]], part.dofs[rows, 1], position)
-    weights = _weights(name, interface.weights, tie, node_ids)
     _refuse_loose(name, tie, node_ids, part.positions[part.dof_nodes()[rows]], part.dofs[rows, 1])
     if tie == "rigid":
         matrix = motion
     else:
-        # The frame moves as the rigid motion nearest to that of the nodes (weighted least squares). The
-        # frame's
-        # distance from the nodes only shifts the reference, as the nodes' own rigid motions are about the
-        # frame.
+        # The frame moves as the rigid motion nearest to that of the nodes (weighted least squares). Its
+        # distance from them only shifts the reference, as the nodes' own rigid motions are about the frame.
         weight = weights[np.searchsorted(node_ids, part.dofs[rows, 0])]
         matrix = np.linalg.solve(motion.T @ (weight[:, None] * motion), motion.T * weight)
     return TiedInterface(name, tie, position, node_ids, radius, rows, matrix)
 
 
-def _label_order(part: FEModel, node_ids: IntArray) -> IntArray:
-    found = part.node_ids[np.isin(part.node_ids, node_ids)]
-    return np.asarray(np.argsort(found), dtype=np.int64)
+def positions_of(part: FEModel, node_ids: IntArray) -> FloatArray:
+    """Return the positions (n, 3) [m] of nodes by their ascending labels, all known."""
+    found = np.flatnonzero(np.isin(part.node_ids, node_ids))
+    return np.asarray(part.positions[found[np.argsort(part.node_ids[found])]])
 
 
-def _node_labels(part: FEModel, name: str, nodes: Nodes) -> IntArray:
+def node_labels(part: FEModel, name: str, nodes: Nodes) -> IntArray:
+    """Return the ascending labels of nodes given in any form. Raises InterfaceError, UnknownNameError."""
+    if isinstance(nodes, Selection):
+        try:
+            return nodes.nodes(part)
+        except InterfaceError as error:
+            raise InterfaceError(f"Interface {name!r}: {error}") from None
     if isinstance(nodes, str):
         labels = part.node_sets[nodes]
         if len(labels) == 0:
@@ -134,7 +146,8 @@ def _node_labels(part: FEModel, name: str, nodes: Nodes) -> IntArray:
         raise InterfaceError(f"Interface {name!r}: nodes must be a set's name or node labels; {error}.") from None
     if given.ndim != 1 or given.size == 0 or not np.issubdtype(given.dtype, np.integer):
         raise InterfaceError(
-            f"Interface {name!r}: nodes must be a set's name, whole-number labels or a fi.Interface; got {nodes!r}."
+            f"Interface {name!r}: nodes must be a set's name, whole-number labels, a region as fi.Plane(...) or a "
+            f"fi.Interface; got {nodes!r}."
         )
     unique, counts = np.unique(given.astype(np.int64), return_counts=True)
     if len(unique) < len(given):
@@ -145,7 +158,8 @@ def _node_labels(part: FEModel, name: str, nodes: Nodes) -> IntArray:
     return unique
 
 
-def _position(name: str, position: ArrayLike) -> FloatArray:
+def checked_position(name: str, position: ArrayLike) -> FloatArray:
+    """Return a position (3,) [m]; InterfaceError unless it is one."""
     try:
         point = np.asarray(position, dtype=np.float64)
     except (TypeError, ValueError):
@@ -155,11 +169,17 @@ def _position(name: str, position: ArrayLike) -> FloatArray:
     return point
 
 
-def _weights(name: str, weights: ArrayLike | None, tie: str, node_ids: IntArray) -> FloatArray:
+def _weights(part: FEModel, name: str, weights: ArrayLike | str | None, tie: str, node_ids: IntArray) -> FloatArray:
     if weights is None:
         return np.ones(len(node_ids))
     if tie == "rigid":
         raise InterfaceError(f"Interface {name!r}: weights belong to tie='average'; a rigid tie has none.")
+    if isinstance(weights, str):
+        if weights != "area":
+            raise UnknownNameError(
+                f"Interface {name!r}: unknown weights {weights!r}.{nearest_known(weights, ['area'])}"
+            )
+        return _area_weights(part, name, node_ids)
     try:
         values = np.asarray(weights, dtype=np.float64)
     except (TypeError, ValueError):
@@ -167,6 +187,29 @@ def _weights(name: str, weights: ArrayLike | None, tie: str, node_ids: IntArray)
     if values.shape != node_ids.shape or not np.all(np.isfinite(values)) or np.any(values <= 0.0):
         raise InterfaceError(f"Interface {name!r}: weights must be {len(node_ids)} positive numbers; got {weights!r}.")
     return values
+
+
+def _area_weights(part: FEModel, name: str, node_ids: IntArray) -> FloatArray:
+    """Return a third of the area of each face between the nodes to each of its corners, (n,) [m²].
+
+    With these weights the mean of the nodes is the mean over the area, for any field linear on the faces.
+    """
+    if part.skin is None:
+        raise InterfaceError(
+            f"Interface {name!r}: weights='area' needs the faces of the mesh, which {part.source} does not tell. "
+            "Export the elements too, give skin= to from_arrays, or leave weights away."
+        )
+    faces = part.skin[np.isin(part.skin, node_ids).all(axis=1)]
+    if len(faces) == 0:
+        raise InterfaceError(
+            f"Interface {name!r}: no face of the mesh has all its corners among the {len(node_ids)} nodes, so they "
+            "have no area. Take the nodes of a surface, or leave weights away."
+        )
+    corners = np.searchsorted(node_ids, faces)
+    a, b, c = (positions_of(part, node_ids)[corners[:, corner]] for corner in range(3))
+    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    shares = np.bincount(corners.ravel(), np.repeat(area / 3.0, 3), minlength=len(node_ids))
+    return np.asarray(shares, dtype=np.float64)
 
 
 def _rows(part: FEModel, name: str, node_ids: IntArray, rotations: bool) -> IntArray:
@@ -188,12 +231,17 @@ def _rows(part: FEModel, name: str, node_ids: IntArray, rotations: bool) -> IntA
     return mine if rotations else mine[own[:, 1] <= 3]
 
 
-def _refuse_loose(name: str, tie: str, node_ids: IntArray, at: FloatArray, directions: IntArray) -> None:
-    """Refuse nodes that do not fix all six motions of the frame."""
+def tells_rotation(at: FloatArray, directions: IntArray) -> bool:
+    """Return whether DoF at positions (n, 3) in directions (n,) 1..6 tell all six motions of a frame."""
     centred = at - at.mean(axis=0)
     size = float(np.max(np.linalg.norm(centred, axis=1))) or 1.0
     motion = rigid_motion_of_dofs(centred / size, directions, np.zeros(3))
-    if len(motion) >= 6 and np.linalg.svd(motion, compute_uv=False)[-1] > _RANK_TOLERANCE:
+    return len(motion) >= 6 and bool(np.linalg.svd(motion, compute_uv=False)[-1] > _RANK_TOLERANCE)
+
+
+def _refuse_loose(name: str, tie: str, node_ids: IntArray, at: FloatArray, directions: IntArray) -> None:
+    """Refuse nodes that do not fix all six motions of the frame."""
+    if tells_rotation(at, directions):
         return
     count = len(node_ids)
     shape = "a single node" if count == 1 else "two nodes" if count == 2 else f"{count} nodes on one line"

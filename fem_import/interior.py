@@ -43,7 +43,6 @@ class Interior:
             if interface.tie == "rigid":
                 tied_rigidly[interface.rows] = True
         self.rows: IntArray = np.flatnonzero(~tied_rigidly)
-        self._part = part
         self.M: SparseMatrix = principal_submatrix(part.M, self.rows)
         averaged = [interface for interface in interfaces if interface.tie == "average"]
         self._averages = self._average_rows(averaged)
@@ -53,7 +52,7 @@ class Interior:
         _, node_of_row = np.unique(part.dof_nodes()[self.rows], return_inverse=True)
         graph = node_graph(K, node_of_row)
         _refuse_loose_pieces(part, self.rows, graph, node_of_row, averaged, needs_ground)
-        self._order = elimination_order(graph, node_of_row) if len(self.rows) else None
+        order = elimination_order(graph, node_of_row) if len(self.rows) else None
         del graph
 
         motion = np.zeros((len(self.rows), 0))
@@ -65,7 +64,7 @@ class Interior:
             diagonal[chosen] *= 2.0
             K.setdiag(diagonal)
         self._motion = motion
-        self._factor = factorize(K, "The stiffness with the interfaces held", self._order)
+        self._factor = factorize(K, "The stiffness with the interfaces held", order)
         self.solver = self._factor.solver
         self._compliance_of_averages = self._factor.solve(self._averages.T.copy())
         self._border = self._factor_border() if self.n_averaged else None
@@ -85,40 +84,6 @@ class Interior:
         answer = linalg.lu_solve(self._border, np.vstack([gap, balance]))
         multipliers, rigid = answer[: self.n_averaged], answer[self.n_averaged :]
         return np.asarray(free - self._compliance_of_averages @ multipliers + self._motion @ rigid)
-
-    def count_below(self, eigenvalue: float) -> int | None:
-        """Count the modes of the held part below an eigenvalue [(rad/s)^2], without computing any.
-
-        Returns
-        -------
-        int or None
-            The number of eigenvalues below; None where the solver cannot tell.
-
-        Raises
-        ------
-        ReductionError
-            If `eigenvalue` is one of the part's own: ask a little beside it.
-
-        Notes
-        -----
-        As many as K - eigenvalue M has negative eigenvalues (Sylvester's law of inertia), from one more
-        factorization. Held averages A x = 0 are counted through the bordered matrix: its negative eigenvalues
-        are one a constraint more, and by its Schur complement those of K - eigenvalue M and the positive ones
-        of A (K - eigenvalue M)^-1 A^T.
-        """
-        shifted = principal_submatrix(self._part.K, self.rows, upper=True)
-        mass = principal_submatrix(self._part.M, self.rows, upper=True)
-        shifted = sparse.csr_array(shifted - eigenvalue * mass)
-        del mass
-        factor = factorize(shifted, "The stiffness less eigenvalue times mass", self._order, definite=False)
-        if factor.n_negative is None:
-            return None
-        if self.n_averaged == 0:
-            return factor.n_negative
-        compliance = self._averages @ factor.solve(self._averages.T.copy())
-        scale = 1.0 / np.sqrt(np.abs(np.diag(compliance)))
-        signs = np.linalg.eigvalsh(0.5 * (compliance + compliance.T) * np.outer(scale, scale))
-        return factor.n_negative + int(np.count_nonzero(signs > 0.0)) - self.n_averaged
 
     def _average_rows(self, averaged: list[TiedInterface]) -> FloatArray:
         dense = np.zeros((6 * len(averaged), len(self.rows)))

@@ -11,12 +11,13 @@ from scipy import sparse
 
 from fem_import.errors import ReductionError
 from fem_import.sparse_blocks import RowParallel
+from fem_import.tall_blocks import combine, in_rows, inner, subtract
 from fem_import.threads import one_blas_thread
 
 FloatArray: TypeAlias = NDArray[np.float64]
 
 _BLOCK = 12  # above the multiplicity of any eigenvalue of a real part; solves in blocks of 8 to 12 are the fastest
-_RESIDUAL = 1e-9  # of a Ritz vector; its eigenvalue is then right to the square of it
+_RESIDUAL = 1e-8  # of a Ritz vector; its eigenvalue is then right to the square of it
 _RANK = 1e-7  # of a column's own size; a Gram matrix in doubles sees no further
 _CLEAN = 1e-2  # what one more projection may still take from a vector that counts as orthogonal
 _LARGEST_BASIS = 4000
@@ -56,8 +57,14 @@ def lowest_modes(
     1994) with full reorthogonalisation. The start vectors are fixed, so the result is reproducible. When the
     Krylov space closes, a fresh random block looks for what it missed.
     """
-    n = M.shape[0]
-    mass = RowParallel(M)
+    with one_blas_thread():
+        return _lowest_modes(solve, RowParallel(M), wanted)
+
+
+def _lowest_modes(
+    solve: Callable[[FloatArray], FloatArray], mass: RowParallel, wanted: Callable[[FloatArray], int]
+) -> tuple[FloatArray, FloatArray]:
+    n = mass.shape[0]
     random = np.random.default_rng(20240229)
     basis = _Basis(n)
     projected = np.empty((0, 0))
@@ -67,7 +74,7 @@ def lowest_modes(
     previous = np.empty((n, 0))
     while block.shape[1]:
         basis.append(block)
-        images = np.ascontiguousarray(solve(mass_block))
+        images = in_rows(solve(mass_block))
         following, mass_following, column, left_over = _next_block(images, [previous, block], mass, basis)
         projected = _grown(projected, column)
         closed = following.shape[1] == 0
@@ -95,7 +102,6 @@ class _Basis:
     def __init__(self, n: int) -> None:
         self._n, self.size = n, 0
         self._chunks: list[FloatArray] = []
-        self._work = np.empty((n, _BLOCK))  # fresh memory for each product costs as much as the product
 
     def append(self, block: FloatArray) -> None:
         taken = 0
@@ -109,31 +115,22 @@ class _Basis:
             self.size += count
 
     def coefficients(self, mass_block: FloatArray) -> FloatArray:
-        parts = [chunk.T @ mass_block for chunk in self._used()]
+        parts = [inner(chunk, mass_block) for chunk in self._used()]
         return np.vstack(parts) if parts else np.empty((0, mass_block.shape[1]))
 
     def combine(self, coefficients: FloatArray) -> FloatArray:
         """Return the linear combinations (n, k) with coefficients (size, k)."""
         total = np.zeros((self._n, coefficients.shape[1]))
-        self._add(total, coefficients)
+        self.subtract(total, -coefficients)
         return total
 
     def subtract(self, block: FloatArray, coefficients: FloatArray) -> None:
         """Take basis @ coefficients from the block, in place."""
-        self._add(block, -coefficients)
-
-    def _add(self, block: FloatArray, coefficients: FloatArray) -> None:
         first = 0
         for chunk in self._used():
             last = first + chunk.shape[1]
-            block += self.product(chunk, coefficients[first:last])
+            subtract(block, chunk, coefficients[first:last])
             first = last
-
-    def product(self, block: FloatArray, coefficients: FloatArray) -> FloatArray:
-        """Return block @ coefficients; if that has the size of a block, it is good until the next product."""
-        if coefficients.shape[1] != _BLOCK:
-            return np.asarray(block @ coefficients)
-        return np.matmul(block, coefficients, out=self._work)
 
     def _used(self) -> list[FloatArray]:
         last = self.size - _COLUMNS_OF_A_CHUNK * (len(self._chunks) - 1)
@@ -143,7 +140,7 @@ class _Basis:
 def _fresh_block(
     solve: Callable[[FloatArray], FloatArray], mass: RowParallel, random: np.random.Generator, basis: _Basis
 ) -> tuple[FloatArray, FloatArray]:
-    images = np.ascontiguousarray(solve(mass @ random.standard_normal((mass.shape[0], _BLOCK))))
+    images = in_rows(solve(mass @ random.standard_normal((mass.shape[0], _BLOCK))))
     block, mass_block, _, _ = _next_block(images, [], mass, basis)
     return block, mass_block
 
@@ -162,36 +159,34 @@ def _next_block(
     column = np.zeros((basis.size, images.shape[1]))
     last = basis.size
     for block in reversed(recent):
-        part = block.T @ mass_images
-        images -= basis.product(block, part)
+        part = inner(block, mass_images)
+        subtract(images, block, part)
         column[last - block.shape[1] : last] = part
         last -= block.shape[1]
     for _ in range(3):
         mass_images = mass @ images
         rest = basis.coefficients(mass_images)
-        gram = images.T @ mass_images - rest.T @ rest
+        gram = inner(images, mass_images) - rest.T @ rest
         basis.subtract(images, rest)
         column += rest
         if np.all(np.einsum("ij,ij->j", rest, rest) <= _CLEAN * np.maximum(np.diag(gram), (_RANK * size) ** 2)):
             break
     gram = 0.5 * (gram + gram.T)
     inverse_size = np.divide(1.0, size, out=np.zeros_like(size), where=size > 1e-150)
-    with one_blas_thread():
-        values, vectors = np.linalg.eigh(inverse_size[:, None] * gram * inverse_size)
+    values, vectors = np.linalg.eigh(inverse_size[:, None] * gram * inverse_size)
     kept = values > _RANK**2
-    block = images @ (inverse_size[:, None] * vectors[:, kept] / np.sqrt(values[kept]))
+    block = combine(images, inverse_size[:, None] * vectors[:, kept] / np.sqrt(values[kept]))
     mass_block = mass @ block
     for _ in range(2):  # a thin remainder was blown up, and its rounding with it
         rest = basis.coefficients(mass_block)
         if np.max(abs(rest), initial=0.0) > 1e-13:
             basis.subtract(block, rest)
             mass_block = mass @ block
-        own = block.T @ mass_block
-        with one_blas_thread():
-            values, vectors = np.linalg.eigh(0.5 * (own + own.T))
+        own = inner(block, mass_block)
+        values, vectors = np.linalg.eigh(0.5 * (own + own.T))
         kept = values > 0.25
         whitening = vectors[:, kept] / np.sqrt(values[kept])
-        block, mass_block = block @ whitening, mass_block @ whitening
+        block, mass_block = combine(block, whitening), combine(mass_block, whitening)
         if np.max(abs(own - np.eye(len(own))), initial=0.0) < 1e-6:
             break
     return block, mass_block, column, gram
@@ -209,8 +204,7 @@ def _grown(projected: FloatArray, column: FloatArray) -> FloatArray:
 
 def _ritz(projected: FloatArray, left_over: FloatArray) -> tuple[FloatArray, int, FloatArray]:
     """Return the eigenvalue estimates, how many of the first have converged, and all coefficients."""
-    with one_blas_thread():
-        inverse, coefficients = np.linalg.eigh(projected)
+    inverse, coefficients = np.linalg.eigh(projected)
     inverse, coefficients = inverse[::-1], coefficients[:, ::-1]
     usable = inverse > 1e-14 * inverse[0]
     last = coefficients[-len(left_over) :]

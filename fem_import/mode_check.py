@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg, sparse
+from scipy import sparse
 
 from fem_import.errors import ReductionError
 from fem_import.factorization import factorize
 from fem_import.fe_model import FEModel
+from fem_import.flexible_modes import flexible_modes
 from fem_import.lanczos import lowest_modes
 from fem_import.reduced_body import ReducedBody
-from fem_import.reduction import flexible_frequencies
 from fem_import.rigid_motion import rigid_motion_of_dofs
 
 if TYPE_CHECKING:
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 FloatArray: TypeAlias = NDArray[np.float64]
 SparseMatrix: TypeAlias = "sparse.csr_array[Any, tuple[int, int]]"
+
+_GAP = 1e-4  # relative distance of frequencies between which a count of modes is safe from rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +37,8 @@ class ModeCheck:
     reduced : (k,) the reduced body [Hz].
     mac : (k, k) modal assurance criterion, mass-weighted, [tied, reduced]; None for a body loaded from a file.
     max_frequency : the body's cut-off [Hz].
+    missed : modes of the full tied model in this range that are in no list, by a Sturm count; None where the solver
+        cannot count. Anything but 0 means that the list is not to be trusted.
 
     Notes
     -----
@@ -47,6 +51,7 @@ class ModeCheck:
     reduced: FloatArray
     mac: FloatArray | None
     max_frequency: float
+    missed: int | None
 
     @property
     def differences(self) -> FloatArray:
@@ -66,6 +71,9 @@ class ModeCheck:
             lines.append(
                 f"{index + 1:>4} {full:>12.6g} {tied:>12.6g} {reduced:>12.6g} {self.differences[index]:>11.1e} {mac:>7}"
             )
+        if self.missed is not None:
+            counted = "no mode is missing" if self.missed == 0 else f"{self.missed} modes are missing in this list"
+            lines.append(f"     Sturm count: {counted}")
         return "\n".join(lines)
 
     def plot(self, axes: Axes | None = None) -> Axes:
@@ -99,7 +107,7 @@ def mode_check(
     if (n_modes is not None and n_modes < 1) or (max_frequency is not None and not max_frequency > 0.0):
         raise ReductionError(f"n_modes and max_frequency must be positive; got {n_modes!r}, {max_frequency!r}.")
     rigid = 6 if body.is_free else 0
-    reduced_values, reduced_shapes = _reduced_modes(body, rigid)
+    reduced_values, reduced_shapes = flexible_modes(body)
     limit = body.max_frequency if max_frequency is None else max_frequency
     count = int(np.count_nonzero(reduced_values <= limit)) if n_modes is None else min(n_modes, len(reduced_values))
     if count == 0:
@@ -108,20 +116,18 @@ def mode_check(
 
     shift = (2.0 * np.pi * reduced_values[0]) ** 2
     tie = _tie_matrix(part, body)
-    tied_frequencies, tied_shapes = _full_modes(_project(part.K, tie), _project(part.M, tie), shift, rigid, count)
+    K, M = _project(part.K, tie), _project(part.M, tie)
+    found, tied_shapes = _full_modes(K, M, shift, rigid, count)
+    missed = _missed(K, M, found, rigid, count)
+    tied_frequencies = found[rigid : rigid + count]
     has_rigid_tie = any(frame.tie == "rigid" for frame in body.interfaces.values())
-    full = _full_modes(part.K, part.M, shift, rigid, count)[0] if has_rigid_tie else tied_frequencies
+    full = tied_frequencies
+    if has_rigid_tie:
+        full = _full_modes(part.K, part.M, shift, rigid, count)[0][rigid : rigid + count]
     mac = None
     if body.basis is not None:
         mac = _assurance(tie @ tied_shapes, body.basis @ reduced_shapes[:, :count], part.M)
-    return ModeCheck(full, tied_frequencies, reduced_values[:count], mac, body.max_frequency)
-
-
-def _reduced_modes(body: ReducedBody, rigid: int) -> tuple[FloatArray, FloatArray]:
-    scale = 1.0 / np.sqrt(np.diag(body.M))
-    weights = np.outer(scale, scale)
-    _, shapes = linalg.eigh(body.K * weights, body.M * weights)
-    return flexible_frequencies(body), scale[:, None] * shapes[:, rigid:]
+    return ModeCheck(full, tied_frequencies, reduced_values[:count], mac, body.max_frequency, missed)
 
 
 def _tie_matrix(part: FEModel, body: ReducedBody) -> SparseMatrix:
@@ -152,10 +158,27 @@ def _project(matrix: SparseMatrix, tie: SparseMatrix) -> SparseMatrix:
 def _full_modes(
     K: SparseMatrix, M: SparseMatrix, shift: float, rigid: int, count: int
 ) -> tuple[FloatArray, FloatArray]:
+    """Return all frequencies found (rigid first, two beyond the count) and the counted flexible shapes."""
     factor = factorize(sparse.csr_array(K + shift * M), "The shifted stiffness of the full model")
-    shifted, shapes = lowest_modes(factor.solve, M, lambda estimates: min(rigid + count, len(estimates)))
+    shifted, shapes = lowest_modes(factor.solve, M, lambda estimates: min(rigid + count + 1, len(estimates)))
     frequencies = np.sqrt(np.maximum(shifted - shift, 0.0)) / (2.0 * np.pi)
-    return np.asarray(frequencies[rigid : rigid + count]), shapes[:, rigid : rigid + count]
+    return np.asarray(frequencies), shapes[:, rigid : rigid + count]
+
+
+def _missed(K: SparseMatrix, M: SparseMatrix, found: FloatArray, rigid: int, count: int) -> int | None:
+    """Return how many modes below a gap after the counted ones were not found; None where nobody can tell.
+
+    As many eigenvalues lie below lambda as K - lambda M has negative ones (Sylvester's law of inertia).
+    """
+    last = rigid + count
+    while last < len(found) and found[last] < (1.0 + _GAP) * found[last - 1]:
+        last += 1
+    if last >= len(found):
+        return None
+    middle = (2.0 * np.pi * 0.5 * (found[last - 1] + found[last])) ** 2
+    shifted = sparse.csr_array(sparse.triu(K - middle * M))
+    n_below = factorize(shifted, "The stiffness less eigenvalue times mass", definite=False).n_negative
+    return None if n_below is None else n_below - last
 
 
 def _assurance(first: FloatArray, second: FloatArray, M: SparseMatrix) -> FloatArray:

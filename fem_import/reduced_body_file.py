@@ -19,10 +19,10 @@ from fem_import.errors import ExportError, FemImportError, MissingFileError
 from fem_import.inertia_integrals import InertiaIntegrals
 from fem_import.interfaces import TIES, check_interface_name
 from fem_import.names import NamedItems
-from fem_import.reduced_body import InterfaceFrame, ReducedBody
+from fem_import.reduced_body import InterfaceFrame, ReducedBody, SensorPoint
 
 _FORMAT = "fem_import.ReducedBody"
-_VERSION = 1
+_VERSION = 2
 _PLAIN = (
     "M",
     "K",
@@ -34,16 +34,18 @@ _PLAIN = (
     "is_free",
     "source",
     "solver",
+    "method",
 )
 _INTEGRALS = tuple(item.name for item in fields(InertiaIntegrals))
 _DISPLAY = tuple(item.name for item in fields(DisplayMesh))
 
 
-def write_body(body: ReducedBody, path: str | os.PathLike[str]) -> None:
+def write_body(body: ReducedBody, path: str | os.PathLike[str], with_basis: bool = False) -> None:
     """Write to a temporary file in the same folder, then put it in place: no half-written file can stay."""
     arrays: dict[str, NDArray[Any]] = {name: np.asarray(getattr(body, name)) for name in _PLAIN}
-    if body.C is not None:
-        arrays["C"] = body.C
+    arrays["findings"] = np.array(body.findings, dtype=str)
+    optional = {"C": body.C, "dynamic_compliance": body.dynamic_compliance, "basis": body.basis if with_basis else None}
+    arrays |= {name: array for name, array in optional.items() if array is not None}
     frames = list(body.interfaces.values())
     arrays["interface_names"] = np.array([frame.name for frame in frames])
     arrays["interface_ties"] = np.array([frame.tie for frame in frames])
@@ -51,6 +53,11 @@ def write_body(body: ReducedBody, path: str | os.PathLike[str]) -> None:
     arrays["interface_radii"] = np.array([frame.radius for frame in frames])
     for index, frame in enumerate(frames):
         arrays[f"interface_nodes_{index}"] = frame.node_ids
+    arrays["sensor_names"] = np.array(list(body.sensors), dtype=str)
+    for index, sensor in enumerate(body.sensors.values()):
+        arrays[f"sensor_position_{index}"] = sensor.position
+        arrays[f"sensor_motion_{index}"] = sensor.motion
+        arrays[f"sensor_nodes_{index}"] = sensor.node_ids
     if body.inertia_integrals is not None:
         for name in _INTEGRALS:
             arrays[f"integral_{name}"] = np.asarray(getattr(body.inertia_integrals, name))
@@ -128,6 +135,15 @@ def _body(arrays: dict[str, NDArray[Any]]) -> ReducedBody:
             tie=tie,
             node_ids=arrays[f"interface_nodes_{index}"],
         )
+    sensors = {}
+    for index, name in enumerate(map(str, arrays["sensor_names"])):
+        check_interface_name(name)
+        sensors[name] = SensorPoint(
+            name=name,
+            position=arrays[f"sensor_position_{index}"],
+            motion=arrays[f"sensor_motion_{index}"],
+            node_ids=arrays[f"sensor_nodes_{index}"],
+        )
     integrals = None
     if f"integral_{_INTEGRALS[0]}" in arrays:
         values: dict[str, Any] = {name: arrays[f"integral_{name}"] for name in _INTEGRALS}
@@ -151,6 +167,11 @@ def _body(arrays: dict[str, NDArray[Any]]) -> ReducedBody:
         solver=str(arrays["solver"]),
         inertia_integrals=integrals,
         display=display,
+        basis=arrays.get("basis"),
+        sensors=NamedItems("sensor point", sensors),
+        dynamic_compliance=arrays.get("dynamic_compliance"),
+        method=str(arrays["method"]),
+        findings=tuple(map(str, arrays["findings"])),
     )
 
 

@@ -7,9 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fem_import import SensorPoint
 from ibsdyn.axes import DIRECTIONS, Array, axis_index, rigid_transfer, rotate_six
 from ibsdyn.components import Connection, Fixation, FlexibleBody, Inertia1D, Item, RigidBody
 from ibsdyn.errors import ModelError, UnknownNameError, nearest
+
+# Positions typed by hand name a node to a micrometre.
+SAME_PLACE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +62,7 @@ class Assembly:
         self.items = dict(items)
         self.directions: tuple[str, ...] = DIRECTIONS if axis is None else (axis,)
         self.places: dict[str, slice] = {}
+        self.sensor_points: dict[str, tuple[str, SensorPoint]] = {}
         self.frames: dict[str, Array] = {}
         names: list[str] = []
         fixations = [item for item in items.values() if isinstance(item, Fixation)]
@@ -78,6 +83,10 @@ class Assembly:
                 first = start + item.reduced.coordinates.index(f"{interface}.x")
                 self.places[address] = slice(first, first + 6)
                 self.frames[address] = np.array(frame.position, dtype=float)
+            for sensor, watched in item.reduced.sensors.items():
+                address = f"{item.name}.{sensor}"
+                self.sensor_points[address] = (item.name, watched)
+                self.frames[address] = np.array(watched.position, dtype=float)
             names.extend(f"{item.name}.{coordinate}" for coordinate in item.reduced.coordinates)
             self.frames[item.name] = np.array(item.reduced.centre_of_mass, dtype=float)
         else:
@@ -86,14 +95,14 @@ class Assembly:
         self.places[item.name] = slice(start, len(names))
 
     def address(self, name: str, what: str) -> str:
-        """Return a name after checking that it stands for an item or an interface.
+        """Return a name after checking that it stands for an item, an interface or a sensor point.
 
         Raises
         ------
         UnknownNameError : it stands for neither; ``what`` says who asked.
         """
-        if name not in self.places:
-            raise UnknownNameError(f"{what}: {name!r} is not in the model. {nearest(name, self.places)}")
+        if name not in self.frames:
+            raise UnknownNameError(f"{what}: {name!r} is not in the model. {nearest(name, self.frames)}")
         return name
 
     def motion(self, name: str, point: Sequence[float] | Array | None = None) -> Array:
@@ -101,16 +110,23 @@ class Assembly:
 
         Parameters
         ----------
-        name : a body, a fixation or an interface; a flexible body without interface stands for its
+        name : a body, a fixation, an interface or a sensor point; a flexible body's own name stands for its
             mass-weighted mean motion.
         point : (3,) global axes [m]; the item's own frame (CoG, position) if None.
 
         Returns
         -------
-        (6, n) ; in 1-D models only the row of the model's axis is filled.
+        (6, n) ; in 1-D models only the row of the model's axis is filled, of a sensor point whose rotation is not
+        known the first three.
+
+        Raises
+        ------
+        ModelError : a point beside a sensor point whose rotation is not known.
         """
-        place = self.places[name]
         rows = np.zeros((6, len(self.names)))
+        if name in self.sensor_points:
+            return self._watched_motion(name, point, rows)
+        place = self.places[name]
         if self.axis is not None:
             rows[axis_index(self.axis, name), place] = 1.0
             return rows
@@ -122,6 +138,24 @@ class Assembly:
         if point is None:
             return rows
         return rigid_transfer(np.asarray(point, dtype=float) - self.frames[name]) @ rows
+
+    def tells_rotation(self, name: str) -> bool:
+        """Return whether the motion of an item, an interface or a sensor point includes its rotation."""
+        return name not in self.sensor_points or len(self.sensor_points[name][1].motion) == 6
+
+    def _watched_motion(self, name: str, point: Sequence[float] | Array | None, rows: Array) -> Array:
+        body, watched = self.sensor_points[name]
+        rows[: len(watched.motion), self.places[body]] = watched.motion
+        arm = np.zeros(3) if point is None else np.asarray(point, dtype=float) - self.frames[name]
+        if self.tells_rotation(name):
+            return rigid_transfer(arm) @ rows
+        if np.linalg.norm(arm) > SAME_PLACE:
+            x, y, z = self.frames[name]
+            raise ModelError(
+                f"sensor point {name!r} tells no rotation, so its motion is known at ({x:.6g}, {y:.6g}, {z:.6g}) m "
+                "only. Leave position away, or give fi.reduce three nodes for it that are not on one line."
+            )
+        return rows
 
     def _joint(self, connection: Connection) -> Joint:
         centre = elastic_centre(connection)

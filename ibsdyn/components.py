@@ -170,6 +170,11 @@ class FlexibleBody:
         ------
         ModelError : the part has no such interface.
         """
+        if name in self.reduced.sensors:
+            raise ModelError(
+                f"flexible body {self.name!r}: {name!r} is a sensor point, which carries no connection; list it under "
+                "interfaces= of fem_import.reduce instead."
+            )
         if name not in self.reduced.interfaces:
             raise ModelError(
                 f"flexible body {self.name!r} has no interface {name!r}. {nearest(name, self.reduced.interfaces)}"

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable
 
-from fem_import.errors import nearest_known
+from fem_import.errors import PACKAGE_FOLDER, nearest_known, warn_outside
 from fem_import.keywords import known_keywords as keyword_check
 
 
@@ -36,12 +37,32 @@ class EngineError(IbsdynError, RuntimeError):
     """Exudyn refused a model or gave back matrices that contradict it."""
 
 
+class SimulationError(EngineError):
+    """A run in time that stalls, diverges or cannot begin."""
+
+
+class ExcitationError(IbsdynError, ValueError):
+    """A signal that cannot be made, or that does not fit the run that it should drive."""
+
+
+class ExtraMissingError(IbsdynError, ImportError):
+    """A package is missing that an extra of ibsdyn brings."""
+
+
 class RecordError(IbsdynError, ValueError):
     """A time record, or a file of one, that cannot be right."""
 
 
+class MissingRecordError(RecordError, FileNotFoundError):
+    """A file of a time record that is not there."""
+
+
 class RecordWarning(UserWarning):
     """A suspicious record that is used all the same."""
+
+
+class SimulationWarning(UserWarning):
+    """A run in time that is made all the same, though its result may mislead."""
 
 
 class ModelWarning(UserWarning):
@@ -61,6 +82,12 @@ def nearest(name: str, known: Iterable[str]) -> str:
     ``Did you mean 'mirror'? Known: 'base', 'mirror'.``
     """
     return nearest_known(name, known).strip()
+
+
+def warn_user(message: str, category: type[Warning] = ModelWarning) -> None:
+    """Issue a warning that points at the user's line, however deep inside the packages the doubt arose."""
+    own = os.path.dirname(os.path.abspath(__file__)) + os.sep
+    warn_outside(message, category, (own, PACKAGE_FOLDER))
 
 
 known_keywords = keyword_check(UnknownKeywordError)

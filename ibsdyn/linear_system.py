@@ -20,6 +20,7 @@ from ibsdyn.harmonic import harmonic_response
 from ibsdyn.locks import eliminate_locks
 from ibsdyn.modes import Modes, undamped_modes
 from ibsdyn.quasi_static import QuasiStaticMotion, quasi_static_motion
+from ibsdyn.reduction_trust import reduction_errors, warn_of_frequencies_beyond, warn_of_modes_beyond
 from ibsdyn.signals import Input, Sensor, base_column, load_column, sensor_row
 from ibsdyn.state_space import StateSpace, state_space
 
@@ -54,6 +55,7 @@ class LinearSystem:
     _explicit_damping: Array
     _parts: tuple[ElasticPart, ...]
     _modal: tuple[Array, Array, np.ndarray]
+    _ratios: Array
     _quasi_static: QuasiStaticMotion
 
     def __repr__(self) -> str:
@@ -75,7 +77,8 @@ class LinearSystem:
             kinetic[body.name] = np.einsum("ir,ij,jr->r", full[place], self._body_mass[body.name], full[place])
         shares = strain_energy_shares(self._parts, shapes, rigid)
         frequencies = omega / (2 * np.pi)
-        for array in (frequencies, ratios, full, *shares.values(), *kinetic.values()):
+        errors = reduction_errors(self._assembly, frequencies, full)
+        for array in (frequencies, ratios, full, errors, *shares.values(), *kinetic.values()):
             array.setflags(write=False)  # the modes are kept: what one caller changed the next would see
         return Modes(
             frequencies=frequencies,
@@ -85,6 +88,7 @@ class LinearSystem:
             strain_energy=MappingProxyType(shares),
             kinetic_energy=MappingProxyType(kinetic),
             rigid=rigid,
+            reduction_errors=errors,
             _assembly=self._assembly,
             _full_shapes=full,
         )
@@ -94,8 +98,17 @@ class LinearSystem:
         return {body.name: body_mass_matrix(body) for body in self._assembly.bodies}
 
     def modes(self) -> Modes:
-        """Return the undamped modes with the base at rest, rigid-body modes (0 Hz) included."""
-        return self._modes
+        """Return the undamped modes with the base at rest, rigid-body modes (0 Hz) included.
+
+        Warns
+        -----
+        ModelWarning : a mode of the assembly deforms a reduced body near or above its cut-off.
+        """
+        modes = self._modes
+        warn_of_modes_beyond(
+            self._assembly, modes.frequencies, modes._full_shapes, modes.strain_energy, modes.kinetic_energy
+        )
+        return modes
 
     @known_keywords
     def frf(
@@ -109,7 +122,7 @@ class LinearSystem:
 
         Parameters
         ----------
-        inputs : Force, Torque, BaseMotion; one or several.
+        inputs : Force, Torque, Stroke, BaseMotion; one or several.
         outputs : Sensor, one or several; absolute motion unless the sensor has ``relative_to``.
         frequencies : (n_freq,) [Hz].
         hysteretic : use the complex stiffness K_j (1 + 2 i zeta_j) of each part in place of the viscous matrix of
@@ -123,8 +136,14 @@ class LinearSystem:
         ------
         ModelError : an input or output that the model does not have.
         AnalysisError : frequencies that are none, or at which the response is infinite.
+
+        Warns
+        -----
+        ModelWarning : frequencies above what the reduction of a flexible body carries.
         """
-        return harmonic_response(self, inputs, outputs, frequencies, hysteretic)
+        response = harmonic_response(self, inputs, outputs, frequencies, hysteretic)
+        warn_of_frequencies_beyond(self._assembly, response.frequencies)
+        return response
 
     @known_keywords
     def to_state_space(self, inputs: Input | Sequence[Input], outputs: Sensor | Sequence[Sensor]) -> StateSpace:
@@ -140,10 +159,22 @@ class LinearSystem:
     # What the analyses need of signals, over the independent coordinates.
 
     def load(self, signal: Input) -> Array:
-        """Return the (n,) generalised forces of a unit force or torque."""
+        """Return the (n,) generalised forces of a unit force, torque or stroke."""
         n = len(self.coordinates)
         column: Array = self._to_full[:, :n].T @ load_column(signal, self._assembly)  # type: ignore[arg-type]  # checked
         return column
+
+    def modal_damping(self) -> Array:
+        """Return the (N, N) viscous matrix of the damping ratios over all coordinates of the assembly.
+
+        Of coordinates that locks determine it has none: what they do follows from the independent ones.
+        """
+        names = self._assembly.names
+        places = [names.index(name) for name in (*self.coordinates, *self.base_coordinates)]
+        damping = np.zeros((len(names), len(names)))
+        natural, shapes, rigid = self._modal
+        damping[np.ix_(places, places)] = damping_matrix(self.M, self.K_base, natural, shapes, rigid, self._ratios)
+        return damping
 
     def base_motion(self, signal: Input) -> Array:
         """Return the (n_base,) base displacements of a unit motion of a fixation."""
@@ -199,6 +230,7 @@ def linearize(assembly: Assembly, flexible: FlexibleMapping = "small-deflection"
         _explicit_damping=explicit,
         _parts=parts,
         _modal=(omega, shapes, rigid),
+        _ratios=ratios,
         _quasi_static=quasi_static_motion(assembly, parts, np.r_[elimination.free, elimination.base], n),
     )
 

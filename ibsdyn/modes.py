@@ -33,6 +33,8 @@ class Modes:
         zero for rigid-body modes.
     kinetic_energy : share of each body in the mode's kinetic energy, (n_modes,) each.
     rigid : (n_modes,) which of them strain nothing.
+    reduction_errors : (n_modes,) by how much the reductions of flexible bodies have raised each frequency, relative:
+        an estimate that is sharp up to half of a body's cut-off and too low above; nan where a body does not know.
     """
 
     frequencies: Array
@@ -42,6 +44,7 @@ class Modes:
     strain_energy: Mapping[str, Array]
     kinetic_energy: Mapping[str, Array]
     rigid: np.ndarray
+    reduction_errors: Array
     _assembly: Assembly
     _full_shapes: Array
 

@@ -1,5 +1,7 @@
 """The sparse solver and what stands on it: against dense algebra, with and without the optional wheels."""
 
+import importlib
+
 import numpy as np
 import pytest
 from own_fe import brick_block, flexure_block, frequencies
@@ -8,11 +10,7 @@ from scipy.linalg import eigh
 
 import fem_import as fi
 from fem_import import ordering, pardiso
-from fem_import.component_modes import craig_bampton
-from fem_import.error_estimate import frequency_errors
 from fem_import.factorization import factorize
-from fem_import.interfaces import tie_interfaces
-from fem_import.interior import Interior
 from fem_import.sparse_blocks import RowParallel, absolute_product, principal_submatrix
 from fem_import.threads import one_blas_thread
 
@@ -82,15 +80,22 @@ def test_the_count_of_negative_eigenvalues_is_that_of_dense_algebra(solver, held
     assert factor.n_negative is not None or "superlu" in solver
 
 
-@pytest.mark.parametrize("ties", [("rigid", "rigid"), ("average", "average"), ("rigid", "average")])
-def test_the_sturm_count_proves_that_no_mode_is_missed(flexure, ties):
-    interfaces = {"base": fi.Interface("LEFT", tie=ties[0]), "tip": fi.Interface("RIGHT", tie=ties[1])}
-    tied = tie_interfaces(flexure, interfaces, "rigid")
-    modes = craig_bampton(flexure, tied, 60e3, True, inertia_vectors=False)
-    interior = Interior(flexure, tied, True)
-    for frequency in (0.5 * modes.frequencies[0], 0.5 * modes.frequencies[3:5].sum(), 60e3):
-        expected = np.count_nonzero(modes.frequencies < frequency)
-        assert interior.count_below((2 * np.pi * frequency) ** 2) == expected
+@pytest.mark.parametrize("tie", ["rigid", "average"])
+def test_the_sturm_count_finds_a_missing_mode(flexure, tie, monkeypatch):
+    body = fi.reduce(flexure, ENDS, 60e3, tie=tie)
+    assert fi.mode_check(flexure, body, n_modes=5).missed == 0
+    mode_check = importlib.import_module("fem_import.mode_check")
+    complete = mode_check.lowest_modes
+
+    def forgetful(*arguments):
+        values, shapes = complete(*arguments)
+        kept = np.arange(len(values)) != 8
+        return values[kept], shapes[:, kept]
+
+    monkeypatch.setattr(mode_check, "lowest_modes", forgetful)
+    short = fi.mode_check(flexure, body, n_modes=4)
+    assert short.missed == 1
+    assert "1 modes are missing" in str(short)
 
 
 def test_singular_and_indefinite_matrices_are_refused(solver, held_eigenvalues):
@@ -157,19 +162,18 @@ def test_the_error_estimate_is_the_error(tie, inertia_vectors):
     """df/f of a free part against its full model, up to half of where the basis ends."""
     block = brick_block((9, 4, 3), (0.09, 0.03, 0.02))
     part = fi.FEModel.from_arrays(**block.arrays)
-    tied = tie_interfaces(part, ENDS, tie)
-    modes = craig_bampton(part, tied, 90e3, True, inertia_vectors)
+    body = fi.reduce(part, ENDS, 90e3, tie=tie, inertia_vectors=inertia_vectors)
     with one_blas_thread():
-        values, shapes = eigh(modes.K, modes.M)
+        values, shapes = eigh(body.K, body.M)
     reduced = np.sqrt(values[6:]) / (2 * np.pi)
     L = np.eye(len(block.dofs))
     if tie == "rigid":
         inner = ~np.isin(block.dofs[:, 0], np.concatenate(list(block.node_sets.values())))
-        L = np.hstack([L[:, inner], modes.basis[:, :12]])
+        L = np.hstack([L[:, inner], body.basis[:, :12]])
     full = frequencies(L.T @ block.K @ L, L.T @ block.M @ L)[6:]
     judged = reduced < 0.5 * 90e3
     judged &= reduced / full[: len(reduced)] - 1 > 1e-9  # smaller ones are rounding of the dense solution
     assert np.count_nonzero(judged) >= 4
-    estimate = frequency_errors(modes, reduced, shapes[:, 6:])[judged]
+    estimate = body.reduction_errors(reduced, shapes[:, 6:])[judged]
     true = (reduced / full[: len(reduced)] - 1)[judged]
     np.testing.assert_allclose(estimate, true, rtol=0.15)
