@@ -20,7 +20,7 @@ from fem_import.readers.assembly import LabelledMatrices, mass_beside, refuse_ot
 from fem_import.readers.harwell_boeing import PrintedMatrix, is_harwell_boeing, parse_harwell_boeing
 from fem_import.readers.matrix_market_file import is_matrix_market, parse_matrix, parse_vector
 from fem_import.readers.node_table import Nodes, read_node_table
-from fem_import.readers.packed_file import bare_suffix, first_bytes, read_bytes, text_of
+from fem_import.readers.packed_file import bare_suffix, contents_of, first_bytes, read_bytes, text_of
 from fem_import.readers.triplets import refuse_cut_text
 from fem_import.units import required_units
 
@@ -104,7 +104,9 @@ def _read_text(
     mass_path = Path(mass) if mass is not None else mass_beside(stiffness, _MASS_NAMES, _HOW_TO_EXPORT)
     paths = [stiffness, mass_path] + ([Path(damping)] if damping is not None else [])
     parse = parse_harwell_boeing if is_hb else parse_matrix
-    printed: list[PrintedMatrix] = [parse(read_bytes(path), path.name) for path in paths]
+    printed: list[PrintedMatrix] = [
+        parse(content, path.name) for path, content in zip(paths, contents_of(*paths), strict=True)
+    ]
     sizes = [item.matrix.shape[0] for item in printed]
     for path, size in zip(paths[1:], sizes[1:], strict=True):
         refuse_other_size(size, sizes[0], path.name, stiffness.name)
@@ -132,6 +134,7 @@ def _read_text(
         C=printed[2].matrix if damping is not None else None,
         dofs=dofs,
         digits=min(item.digits for item in printed),
+        of_one_triangle=all(item.of_one_triangle for item in printed),
     )
 
 

@@ -55,6 +55,7 @@ def parse_matrix(content: bytes, name: str) -> PrintedMatrix:
             "one triangle" if symmetric else "both triangles",
         ),
         entries.digits,
+        symmetric,
     )
 
 
@@ -87,7 +88,7 @@ def _dense(content: bytes, header: _Header, name: str) -> PrintedMatrix:
         name,
         "one triangle" if symmetric else "both triangles",
     )
-    return PrintedMatrix(matrix, printed_digits(body))
+    return PrintedMatrix(matrix, printed_digits(body), symmetric)
 
 
 def _header(content: bytes, name: str) -> _Header:
