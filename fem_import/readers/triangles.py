@@ -16,6 +16,7 @@ Written: TypeAlias = Literal["one triangle", "both triangles", "either"]
 SparseMatrix: TypeAlias = "sparse.csr_array[Any, tuple[int, int]]"
 
 _BLOCK = 1 << 16  # entries that stay in the cache
+_MOST_ROWS_AN_ENTRY = 100  # a declared size is not believed before memory is taken for it
 
 
 def full_symmetric(
@@ -49,7 +50,9 @@ def full_symmetric(
 
 
 def refuse_outside(rows: IntArray, columns: IntArray, size: int, name: str, table: str = "the DoF table") -> None:
-    """Raise ExportError for the first entry outside size x size."""
+    """Raise ExportError for the first entry outside size x size, or for a size far beyond the entries."""
+    if size > _MOST_ROWS_AN_ENTRY * len(rows) + 1000:
+        raise ExportError(f"{name} declares {size} rows and has {len(rows)} entries. Is the file damaged?")
     if len(rows) and min(rows.min(), columns.min()) >= 0 and max(rows.max(), columns.max()) < size:
         return
     outside = (rows < 0) | (columns < 0) | (rows >= size) | (columns >= size)
