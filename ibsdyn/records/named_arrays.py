@@ -32,8 +32,9 @@ def columns_of_arrays(
 
     Parameters
     ----------
-    arrays : by name; scalars called fs, sample_rate or dt are the rate, one called period counts samples, a vector called t or time is the time, texts
-        called names and units belong to the rows of the matrix. Matrix rows are called ``data[0]``, ``data[1]`` ...
+    arrays : by name; scalars called fs, sample_rate or dt are the rate, one called period counts samples, a vector
+        called t or time is the time, texts called names and units belong to the rows of the matrix. Matrix rows are
+        called ``data[0]``, ``data[1]`` ...
     source : the file's name.
     time : name of the vector of times; False where there is none in spite of its name.
     units, rates : what the file says of an array by its name.

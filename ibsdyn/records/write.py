@@ -47,16 +47,17 @@ def write_record(record: TimeRecord, path: str | os.PathLike[str]) -> None:
 
 
 def _write_npz(record: TimeRecord, stream: IO[bytes]) -> None:
-    extra = {} if record.period is None else {"period": np.array(record.period)}
-    np.savez(
-        stream,
-        signals=record.signals,
-        names=np.array(record.names),
-        units=np.array(record.units),
-        sample_rate=np.array(record.sample_rate),
-        start=np.array(record.start),
-        **extra,
-    )
+    arrays = {
+        "signals": record.signals,
+        "names": np.array(record.names),
+        "units": np.array(record.units),
+        "sample_rate": np.array(record.sample_rate),
+        "start": np.array(record.start),
+    }
+    if record.period is not None:
+        arrays["period"] = np.array(record.period)
+    # mypy: savez declares its allow_pickle keyword, which no array of ours is named.
+    np.savez(stream, **arrays)  # type: ignore[arg-type]
 
 
 def _write_csv(record: TimeRecord, stream: IO[bytes]) -> None:
