@@ -389,6 +389,17 @@ def test_only_the_last_whole_periods_count_and_transients_can_be_dropped():
 # --- what the result is
 
 
+def test_a_band_keeps_the_statistics():
+    estimate = ibs.estimate_frf(noise_record(inputs=2), ["u1", "u2"], "y1", method="welch")
+    band = estimate.within(100.0, 200.0)
+    kept = (estimate.frequencies >= 100.0) & (estimate.frequencies <= 200.0)
+    np.testing.assert_array_equal(band.frequencies, estimate.frequencies[kept])
+    np.testing.assert_array_equal(band.radius(0.9), estimate.radius(0.9)[..., kept])
+    np.testing.assert_array_equal(band.coherence, estimate.coherence[..., kept])
+    with pytest.raises(ibs.AnalysisError, match="no line lies from 600 to 700 Hz"):
+        estimate.within(600, 700)
+
+
 def test_selection_keeps_the_statistics():
     rng = np.random.default_rng(8)
     harmonics = np.arange(3, 90, 2)
