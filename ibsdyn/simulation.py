@@ -32,7 +32,7 @@ Excitations = Mapping[Input, Excitation | ArrayLike] | Sequence[tuple[Input, Exc
 STARTS = ("steady", "rest")
 # The default step: what it may shift the highest excited frequency, and a resonance in shares of its damping ratio. A
 # shift by such a share changes the response beside the peak by as much.
-HIGHEST_ERROR, SHARE_OF_DAMPING = 5e-4, 0.02
+HIGHEST_ERROR, SHARE_OF_DAMPING = 2.5e-4, 0.01
 # A lightly damped mode would ask for ever shorter steps; below this shift other errors are larger.
 LEAST_ERROR = 1e-5
 # Ratios below this are rounding: such a mode has no width that a shift could be held against.
