@@ -33,6 +33,7 @@ from ibsdyn.multisine import Multisine, band_lines, multisine, orthogonal_multis
 from ibsdyn.piezo_platform import Orientation, PiezoPlatform
 from ibsdyn.records.channel_table import Channel
 from ibsdyn.records.read import read_record
+from ibsdyn.records.write import write_record
 from ibsdyn.requirements import required_stiffness
 from ibsdyn.signals import BaseMotion, Force, Sensor, Stroke, Torque
 from ibsdyn.state_space import StateSpace
@@ -98,4 +99,5 @@ __all__ = [
     "read_record",
     "required_stiffness",
     "swept_sine",
+    "write_record",
 ]

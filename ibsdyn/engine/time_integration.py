@@ -141,7 +141,9 @@ class _Run:
         self.container = exu.SystemContainer()
         self.mbs = self.container.AddSystem()
         points = [
-            (drive.signal.item, self._point(drive.signal)) for drive in task.drives if isinstance(drive, LoadDrive)
+            (drive.signal.item, self._point(drive.signal))
+            for drive in task.drives
+            if isinstance(drive, LoadDrive) and drive.signal.item not in self.assembly.sensor_points
         ]
         self.system = Translation(self.assembly, self.mbs, task.flexible, points)
         self.base = self._hold_fixations()
@@ -256,7 +258,8 @@ class _Run:
             marker = self.system.coordinate_marker(self.system.nodes[signal.item], 0)
             load = self.mbs.AddLoad(eii.LoadCoordinate(markerNumber=marker, load=0.0))
             return set_load, load, "load", _numbers(drive.values)
-        body = self.assembly.items.get(signal.item)
+        watched = self.assembly.sensor_points.get(signal.item)
+        body = self.assembly.items.get(signal.item if watched is None else watched[0])
         if isinstance(body, FlexibleBody):
             return self._whole_body_load(body, signal, drive.values)
         marker = self.system.marker(signal.item, self._point(signal))
@@ -265,7 +268,7 @@ class _Run:
         return set_load, load, "loadVector", np.outer(drive.values, signal.vector)
 
     def _whole_body_load(self, body: FlexibleBody, signal: Force | Torque, values: Array) -> Setter:
-        """A load on all of a flexible body's mass: an object of its own that has only forces.
+        """A load on all of a flexible body's mass or on a sensor point: an object of its own that has only forces.
 
         It is linear: in a floating frame it keeps the body's undeformed directions while the body turns.
         """
