@@ -3,6 +3,7 @@
 from ibsdyn.accelerometers import Accelerometer, accelerometer_record, bracket, motion_sensors
 from ibsdyn.comparison import Comparison, compare
 from ibsdyn.components import Connection, Fixation, FlexibleBody, Inertia1D, RigidBody
+from ibsdyn.cross_check import CrossCheck, cross_check
 from ibsdyn.errors import (
     AnalysisError,
     EngineError,
@@ -46,6 +47,7 @@ __all__ = [
     "Channel",
     "Comparison",
     "Connection",
+    "CrossCheck",
     "DetectionLines",
     "EngineError",
     "Excitation",
@@ -87,6 +89,7 @@ __all__ = [
     "bracket",
     "burst_random",
     "compare",
+    "cross_check",
     "estimate_frf",
     "estimate_modes",
     "motion_sensors",

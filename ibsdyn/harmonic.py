@@ -17,7 +17,7 @@ from ibsdyn.axes import Array
 from ibsdyn.errors import AnalysisError
 from ibsdyn.frequency_response import FrequencyResponse
 from ibsdyn.quasi_static import QuasiStaticMotion
-from ibsdyn.signals import BaseMotion, Input, Sensor, checked_inputs, checked_outputs
+from ibsdyn.signals import BaseMotion, Input, Sensor, Stroke, checked_inputs, checked_outputs
 
 if TYPE_CHECKING:
     from ibsdyn.linear_system import LinearSystem
@@ -65,6 +65,10 @@ def harmonic_response(
                 base[:, column] = system.base_motion(source)
             else:
                 powers[0, :, column] = shapes.T @ system.load(source)
+                if hysteretic and isinstance(source, Stroke):
+                    # The stroke strains the connection's complex stiffness: a free one moves by the stroke, unlagged.
+                    zeta = next(part.zeta for part in system._parts if part.name == source.item)
+                    powers[0, :, column] *= 1 + 2j * zeta
         n = len(natural)
         C_static = system._explicit_damping[:n] @ static.motion
         M_static = system.M @ static.motion[:n] + system.M_base

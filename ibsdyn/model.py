@@ -386,7 +386,7 @@ class Model:
         flexible : "floating-frame" (large rigid motion) or "small-deflection" (faster, the reduced matrices as they
             are) for flexible bodies.
         steps_per_sample : of the integrator. By default enough to shift the highest excited frequency by less than
-            0.05 % and the modes in band by less than 2 % of their damping ratio.
+            0.025 % and the modes in band by less than 1 % of their damping ratio.
         progress : show a progress bar where there is a terminal.
 
         Raises
