@@ -130,7 +130,9 @@ class VibrationBudget:
         for row, (name, unit) in enumerate(zip(self.outputs, self.units, strict=True)):
             lines.append(f"{name}: {self.rms[row]:.4g} {unit} RMS")
             for by in KINDS:
-                leading = [f"{key} {100 * share:.3g} %" for key, share in self.shares(by, row).items() if abs(share) >= SHOWN]
+                leading = [
+                    f"{key} {100 * share:.3g} %" for key, share in self.shares(by, row).items() if abs(share) >= SHOWN
+                ]
                 shown = ", ".join(leading[:4]) + (", ..." if len(leading) > 4 else "")
                 lines.append(f"  by {by}: {shown or '-'}")
         return "\n".join(lines)

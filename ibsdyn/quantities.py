@@ -207,15 +207,16 @@ class PeakResponse:
         inner = values[1:-1]
         maxima = 1 + np.flatnonzero((inner >= values[:-2]) & (inner >= values[2:]) & (inner > PEAK_SHARE * highest))
         for place in maxima:
-            start, end = grid[place - 1], grid[place + 1]
-            found = scipy.optimize.minimize_scalar(
-                lambda f: -float(_magnitude(system, self.input, self.output, np.array([f]))[0]),
-                bounds=(start, end),
-                method="bounded",
-                options={"xatol": 1e-6 * (end - start)},
-            )
+            centre, reach = float(grid[place]), float(max(grid[place + 1] - grid[place], grid[place] - grid[place - 1]))
+
+            def at(step: float, centre: float = centre, reach: float = reach) -> float:
+                # In steps from the node: the search knows its variable to 1e-8 of itself, and a peak may be narrower.
+                return -float(_magnitude(system, self.input, self.output, np.array([centre + step * reach]))[0])
+
+            ends = ((grid[place - 1] - centre) / reach, (grid[place + 1] - centre) / reach)
+            found = scipy.optimize.minimize_scalar(at, bounds=ends, method="bounded", options={"xatol": 1e-7})
             if -found.fun > highest:
-                frequency, highest = float(found.x), float(-found.fun)
+                frequency, highest = centre + float(found.x) * reach, -float(found.fun)
         return frequency, highest
 
 
