@@ -23,6 +23,15 @@ from ibsdyn.errors import (
 )
 from ibsdyn.excitation import Excitation, burst_random, random_noise, swept_sine
 from ibsdyn.experiment import Campaign, Run
+from ibsdyn.flexures import (
+    FlexureStiffness,
+    cross_flexure,
+    cross_flexure_rotation,
+    guide_shortening,
+    leaf_spring,
+    notch_hinge,
+    parallel_guide,
+)
 from ibsdyn.frequency_response import FrequencyResponse
 from ibsdyn.identification import DetectionLines, FrfEstimate, estimate_frf
 from ibsdyn.linear_system import LinearSystem
@@ -61,6 +70,7 @@ __all__ = [
     "ExtraMissingError",
     "Fixation",
     "FlexibleBody",
+    "FlexureStiffness",
     "Force",
     "FrequencyResponse",
     "FrfEstimate",
@@ -105,13 +115,19 @@ __all__ = [
     "bracket",
     "burst_random",
     "compare",
+    "cross_flexure",
+    "cross_flexure_rotation",
     "estimate_frf",
     "estimate_modes",
     "floor_vibration",
+    "guide_shortening",
     "launch_vibration",
+    "leaf_spring",
     "motion_sensors",
     "multisine",
+    "notch_hinge",
     "orthogonal_multisines",
+    "parallel_guide",
     "random_noise",
     "read_record",
     "required_stiffness",
