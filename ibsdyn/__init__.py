@@ -35,6 +35,7 @@ from ibsdyn.flexures import (
 from ibsdyn.frequency_response import FrequencyResponse
 from ibsdyn.identification import DetectionLines, FrfEstimate, estimate_frf
 from ibsdyn.linear_system import LinearSystem
+from ibsdyn.mirror_optics import BeamPath, FlatMirror
 from ibsdyn.modal_estimation import ModalEstimate, estimate_modes
 from ibsdyn.model import Model
 from ibsdyn.modes import Modes
@@ -46,8 +47,14 @@ from ibsdyn.quantities import ModeDamping, ModeFrequency, PeakResponse, Quantity
 from ibsdyn.records.channel_table import Channel
 from ibsdyn.records.read import read_record
 from ibsdyn.requirement import Requirement, RequirementResult
-from ibsdyn.requirements import required_stiffness
-from ibsdyn.signals import BaseMotion, Force, Sensor, Stroke, Torque
+from ibsdyn.signals import BaseMotion, CombinedSensor, Force, Sensor, Stroke, Torque
+from ibsdyn.sizing import (
+    StiffnessShares,
+    distribute_stiffness,
+    mirror_deflection,
+    required_frequency,
+    required_stiffness,
+)
 from ibsdyn.state_space import StateSpace
 from ibsdyn.time_record import TimeRecord
 from ibsdyn.vibration_environments import floor_vibration, launch_vibration
@@ -57,8 +64,10 @@ __all__ = [
     "Accelerometer",
     "AnalysisError",
     "BaseMotion",
+    "BeamPath",
     "Campaign",
     "Channel",
+    "CombinedSensor",
     "Comparison",
     "Connection",
     "CorrelatedDisturbance",
@@ -69,6 +78,7 @@ __all__ = [
     "ExcitationError",
     "ExtraMissingError",
     "Fixation",
+    "FlatMirror",
     "FlexibleBody",
     "FlexureStiffness",
     "Force",
@@ -103,6 +113,7 @@ __all__ = [
     "SimulationError",
     "SimulationWarning",
     "StateSpace",
+    "StiffnessShares",
     "Stroke",
     "TimeRecord",
     "Tone",
@@ -117,12 +128,14 @@ __all__ = [
     "compare",
     "cross_flexure",
     "cross_flexure_rotation",
+    "distribute_stiffness",
     "estimate_frf",
     "estimate_modes",
     "floor_vibration",
     "guide_shortening",
     "launch_vibration",
     "leaf_spring",
+    "mirror_deflection",
     "motion_sensors",
     "multisine",
     "notch_hinge",
@@ -130,6 +143,7 @@ __all__ = [
     "parallel_guide",
     "random_noise",
     "read_record",
+    "required_frequency",
     "required_stiffness",
     "swept_sine",
     "vibration_budget",

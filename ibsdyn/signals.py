@@ -356,7 +356,7 @@ def sensor_row(sensor: Output, assembly: Assembly) -> Array:
     ModelError : it looks off the axis of a 1-D model.
     """
     if isinstance(sensor, CombinedSensor):
-        combined: Array = sum(weight * sensor_row(part, assembly) for weight, part in sensor.parts)
+        combined: Array = np.sum([weight * sensor_row(part, assembly) for weight, part in sensor.parts], axis=0)
         return combined
     what = sensor.name
     assembly.address(sensor.item, what)
