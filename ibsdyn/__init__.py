@@ -46,6 +46,7 @@ from ibsdyn.psd import PSD
 from ibsdyn.quantities import ModeDamping, ModeFrequency, PeakResponse, Quantity, ResponseAt, RmsResponse
 from ibsdyn.records.channel_table import Channel
 from ibsdyn.records.read import read_record
+from ibsdyn.records.write import write_record
 from ibsdyn.requirement import Requirement, RequirementResult
 from ibsdyn.signals import BaseMotion, CombinedSensor, Force, Sensor, Stroke, Torque
 from ibsdyn.sizing import (
@@ -147,4 +148,5 @@ __all__ = [
     "required_stiffness",
     "swept_sine",
     "vibration_budget",
+    "write_record",
 ]

@@ -292,13 +292,13 @@ def _base_drives(
     drives = []
     directions = len(assembly.directions)
     for row, coordinate in enumerate(system.base_coordinates):
-        moving = [(index, column[row]) for index, column in bases.items() if column[row]]
+        moving = [(tables[index], column[row]) for index, column in bases.items() if column[row]]
         if not moving:
             continue
-        lengths = {len(tables[index]) for index, _ in moving}
+        lengths = {len(table) for table, _ in moving}
         length = lengths.pop() if len(lengths) == 1 else count
-        table = sum((share * _over(tables[index], length) for index, share in moving), np.zeros(length))
-        drives.append(BaseDrive(coordinate.rsplit(".", 1)[0], row % directions, table))
+        total = sum((share * _over(table, length) for table, share in moving), np.zeros(length))
+        drives.append(BaseDrive(coordinate.rsplit(".", 1)[0], row % directions, total))
     return drives
 
 
