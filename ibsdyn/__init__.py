@@ -48,6 +48,7 @@ from ibsdyn.records.channel_table import Channel
 from ibsdyn.records.read import read_record
 from ibsdyn.records.write import write_record
 from ibsdyn.requirement import Requirement, RequirementResult
+from ibsdyn.shock import ShockSpectrum, half_sine, shock_response_spectrum, transient_response
 from ibsdyn.signals import BaseMotion, CombinedSensor, Force, Sensor, Stroke, Torque
 from ibsdyn.sizing import (
     StiffnessShares,
@@ -111,6 +112,7 @@ __all__ = [
     "RmsResponse",
     "Run",
     "Sensor",
+    "ShockSpectrum",
     "SimulationError",
     "SimulationWarning",
     "StateSpace",
@@ -134,6 +136,7 @@ __all__ = [
     "estimate_modes",
     "floor_vibration",
     "guide_shortening",
+    "half_sine",
     "launch_vibration",
     "leaf_spring",
     "mirror_deflection",
@@ -146,7 +149,9 @@ __all__ = [
     "read_record",
     "required_frequency",
     "required_stiffness",
+    "shock_response_spectrum",
     "swept_sine",
+    "transient_response",
     "vibration_budget",
     "write_record",
 ]
