@@ -30,7 +30,7 @@ from ibsdyn.linear_system import LinearSystem, linearize
 from ibsdyn.model_check import HIGH_ZETA, findings, high_zeta_words
 from ibsdyn.model_table import component_table
 from ibsdyn.replacement import replaced_connections
-from ibsdyn.signals import Sensor
+from ibsdyn.signals import Output
 from ibsdyn.simulation import Excitations, simulate
 from ibsdyn.time_record import TimeRecord
 from ibsdyn.validation import checked_names, number, point, valid_name
@@ -362,7 +362,7 @@ class Model:
     def simulate(
         self,
         excitations: Excitations,
-        sensors: Sensor | Sequence[Sensor],
+        sensors: Output | Sequence[Output],
         duration: float | None = None,
         sample_rate: float | None = None,
         start: str | None = None,
