@@ -16,6 +16,8 @@ from ibsdyn.frequency_response import FrequencyResponse
 from ibsdyn.linear_system import LinearSystem
 from ibsdyn.model import Model
 from ibsdyn.modes import Modes
+from ibsdyn.quantities import ModeDamping, ModeFrequency, PeakResponse, Quantity, ResponseAt
+from ibsdyn.requirement import Requirement, RequirementResult
 from ibsdyn.requirements import required_stiffness
 from ibsdyn.signals import BaseMotion, Force, Sensor, Torque
 from ibsdyn.state_space import StateSpace
@@ -33,12 +35,19 @@ __all__ = [
     "IbsdynError",
     "Inertia1D",
     "LinearSystem",
+    "ModeDamping",
+    "ModeFrequency",
     "Model",
     "ModelError",
     "ModelWarning",
     "Modes",
+    "PeakResponse",
+    "Quantity",
     "RecordError",
     "RecordWarning",
+    "Requirement",
+    "RequirementResult",
+    "ResponseAt",
     "RigidBody",
     "Sensor",
     "StateSpace",
