@@ -11,7 +11,7 @@ from scipy import sparse
 
 from fem_import.errors import ReductionError
 from fem_import.sparse_blocks import RowParallel
-from fem_import.tall_blocks import combine, inner, subtract
+from fem_import.tall_blocks import combine, in_rows, inner, subtract
 from fem_import.threads import one_blas_thread
 
 FloatArray: TypeAlias = NDArray[np.float64]
@@ -74,7 +74,7 @@ def _lowest_modes(
     previous = np.empty((n, 0))
     while block.shape[1]:
         basis.append(block)
-        images = np.ascontiguousarray(solve(mass_block))
+        images = in_rows(solve(mass_block))
         following, mass_following, column, left_over = _next_block(images, [previous, block], mass, basis)
         projected = _grown(projected, column)
         closed = following.shape[1] == 0
@@ -140,7 +140,7 @@ class _Basis:
 def _fresh_block(
     solve: Callable[[FloatArray], FloatArray], mass: RowParallel, random: np.random.Generator, basis: _Basis
 ) -> tuple[FloatArray, FloatArray]:
-    images = np.ascontiguousarray(solve(mass @ random.standard_normal((mass.shape[0], _BLOCK))))
+    images = in_rows(solve(mass @ random.standard_normal((mass.shape[0], _BLOCK))))
     block, mass_block, _, _ = _next_block(images, [], mass, basis)
     return block, mass_block
 

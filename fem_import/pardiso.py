@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from fem_import.errors import ReductionError
+from fem_import.tall_blocks import in_columns
 
 FloatArray: TypeAlias = NDArray[np.float64]
 IntArray: TypeAlias = NDArray[np.int64]
@@ -107,7 +108,7 @@ class PardisoFactor:
 
     def solve(self, right_sides: FloatArray) -> FloatArray:
         """Return A^-1 B, (n, k) in column order."""
-        loads = np.asfortranarray(right_sides, dtype=np.float64)
+        loads = in_columns(np.asarray(right_sides, dtype=np.float64))
         answer = np.empty_like(loads, order="F")
         self._call(_SOLVE, loads, answer)
         return answer

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from fem_import.tall_blocks import in_rows
 from fem_import.threads import n_threads
 
 FloatArray: TypeAlias = NDArray[np.float64]
@@ -36,7 +37,7 @@ class RowParallel:
 
     def __matmul__(self, block: FloatArray) -> FloatArray:
         """Return the product with a block (m, k), in row order."""
-        block = np.ascontiguousarray(block)
+        block = in_rows(block)
         if len(self._parts) == 1:
             return np.asarray(self._parts[0] @ block)
         product = np.empty((self.shape[0], block.shape[1]))

@@ -9,7 +9,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from typing import TypeAlias, TypeVar
+from typing import Literal, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,6 +61,28 @@ def subtract(target: FloatArray, block: FloatArray, coefficients: FloatArray) ->
             target[row:last] -= block[row:last] @ coefficients
 
     _by_rows(len(block), some)
+
+
+def in_rows(block: FloatArray) -> FloatArray:
+    """Return a block (n, k) in row order, as sparse products want it; itself if it is so already."""
+    return block if block.flags.c_contiguous else _copied(block, "C")
+
+
+def in_columns(block: FloatArray) -> FloatArray:
+    """Return a block (n, k) in column order, as direct solvers want it; itself if it is so already."""
+    return block if block.flags.f_contiguous else _copied(block, "F")
+
+
+def _copied(block: FloatArray, order: Literal["C", "F"]) -> FloatArray:
+    copy = np.empty(block.shape, order=order)
+
+    def some(start: int, end: int) -> None:
+        for row in range(start, end, _ROWS_AT_ONCE):
+            last = min(row + _ROWS_AT_ONCE, end)
+            copy[row:last] = block[row:last]
+
+    _by_rows(len(block), some)
+    return copy
 
 
 def _by_rows(n_rows: int, work: Callable[[int, int], Result]) -> list[Result]:

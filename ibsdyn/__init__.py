@@ -20,6 +20,8 @@ from ibsdyn.frequency_response import FrequencyResponse
 from ibsdyn.linear_system import LinearSystem
 from ibsdyn.model import Model
 from ibsdyn.modes import Modes
+from ibsdyn.quantities import ModeDamping, ModeFrequency, PeakResponse, Quantity, ResponseAt
+from ibsdyn.requirement import Requirement, RequirementResult
 from ibsdyn.requirements import required_stiffness
 from ibsdyn.signals import BaseMotion, Force, Sensor, Torque
 from ibsdyn.state_space import StateSpace
@@ -40,13 +42,20 @@ __all__ = [
     "Inertia1D",
     "LinearSystem",
     "MissingFileError",
+    "ModeDamping",
+    "ModeFrequency",
     "Model",
     "ModelError",
     "ModelFileError",
     "ModelWarning",
     "Modes",
+    "PeakResponse",
+    "Quantity",
     "RecordError",
     "RecordWarning",
+    "Requirement",
+    "RequirementResult",
+    "ResponseAt",
     "RigidBody",
     "Sensor",
     "StateSpace",
