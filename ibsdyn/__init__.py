@@ -23,6 +23,8 @@ from ibsdyn.modes import Modes
 from ibsdyn.quantities import ModeDamping, ModeFrequency, PeakResponse, Quantity, ResponseAt
 from ibsdyn.requirement import Requirement, RequirementResult
 from ibsdyn.requirements import required_stiffness
+from ibsdyn.sensitivity import response_sensitivities, sensitivities
+from ibsdyn.sensitivity_results import ResponseSensitivities, Sensitivities
 from ibsdyn.signals import BaseMotion, Force, Sensor, Torque
 from ibsdyn.state_space import StateSpace
 from ibsdyn.time_record import TimeRecord
@@ -56,7 +58,9 @@ __all__ = [
     "Requirement",
     "RequirementResult",
     "ResponseAt",
+    "ResponseSensitivities",
     "RigidBody",
+    "Sensitivities",
     "Sensor",
     "StateSpace",
     "TimeRecord",
@@ -64,4 +68,6 @@ __all__ = [
     "UnknownKeywordError",
     "UnknownNameError",
     "required_stiffness",
+    "response_sensitivities",
+    "sensitivities",
 ]
