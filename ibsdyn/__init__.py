@@ -13,6 +13,7 @@ from ibsdyn.errors import (
     ModelWarning,
     RecordError,
     RecordWarning,
+    StudyError,
     UnknownKeywordError,
     UnknownNameError,
 )
@@ -23,10 +24,13 @@ from ibsdyn.modes import Modes
 from ibsdyn.quantities import ModeDamping, ModeFrequency, PeakResponse, Quantity, ResponseAt
 from ibsdyn.requirement import Requirement, RequirementResult
 from ibsdyn.requirements import required_stiffness
+from ibsdyn.sampling import Samples, Tolerance, full_factorial, latin_hypercube, monte_carlo, one_at_a_time, variants
 from ibsdyn.sensitivity import response_sensitivities, sensitivities
 from ibsdyn.sensitivity_results import ResponseSensitivities, Sensitivities
 from ibsdyn.signals import BaseMotion, Force, Sensor, Torque
 from ibsdyn.state_space import StateSpace
+from ibsdyn.study import Study
+from ibsdyn.study_results import FailedVariant, Odds, StudyResults
 from ibsdyn.time_record import TimeRecord
 
 __all__ = [
@@ -36,6 +40,7 @@ __all__ = [
     "EngineError",
     "ExpressionError",
     "ExtraMissingError",
+    "FailedVariant",
     "Fixation",
     "FlexibleBody",
     "Force",
@@ -51,6 +56,7 @@ __all__ = [
     "ModelFileError",
     "ModelWarning",
     "Modes",
+    "Odds",
     "PeakResponse",
     "Quantity",
     "RecordError",
@@ -60,14 +66,24 @@ __all__ = [
     "ResponseAt",
     "ResponseSensitivities",
     "RigidBody",
+    "Samples",
     "Sensitivities",
     "Sensor",
     "StateSpace",
+    "Study",
+    "StudyError",
+    "StudyResults",
     "TimeRecord",
+    "Tolerance",
     "Torque",
     "UnknownKeywordError",
     "UnknownNameError",
+    "full_factorial",
+    "latin_hypercube",
+    "monte_carlo",
+    "one_at_a_time",
     "required_stiffness",
     "response_sensitivities",
     "sensitivities",
+    "variants",
 ]
