@@ -68,8 +68,8 @@ class FrequencyResponse:
         UnknownNameError : a name or number that is not among them.
         AnalysisError : a name that several have.
         """
-        rows = _places(outputs, self.outputs, "output")
-        columns = _places(inputs, self.inputs, "input")
+        rows = places(outputs, self.outputs, "output")
+        columns = places(inputs, self.inputs, "input")
         return replace(
             self,
             response=self.response[np.ix_(rows, columns)],
@@ -100,10 +100,18 @@ def unit_ratio(over: str, under: str) -> str:
     """Return the unit of an output per input, ``-`` where they are the same."""
     if over == under:
         return "-"
-    return f"({over})/({under})" if "/" in under or "·" in under else f"({over})/{under}"
+    numerator = f"({over})" if "/" in over or "·" in over else over
+    return f"{numerator}/({under})" if "/" in under or "·" in under else f"{numerator}/{under}"
 
 
-def _places(names: str | int | Sequence[str | int] | None, known: tuple[str, ...], what: str) -> list[int]:
+def places(names: str | int | Sequence[str | int] | None, known: tuple[str, ...], what: str) -> list[int]:
+    """Return the places of names or numbers among the known ones, all of them for None.
+
+    Raises
+    ------
+    UnknownNameError : a name or number that is not among them.
+    AnalysisError : a name that several have.
+    """
     if names is None:
         return list(range(len(known)))
     wanted = [names] if isinstance(names, (str, int)) else list(names)

@@ -16,12 +16,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ibsdyn.assembly import Assembly, Joint, body_mass_matrix
-from ibsdyn.axes import Array, rigid_transfer, rotate_six
+from ibsdyn.axes import DIRECTIONS, Array, rigid_transfer, rotate_six
 from ibsdyn.components import Connection, FlexibleBody
 from ibsdyn.elastic_parts import part_rows
 from ibsdyn.errors import AnalysisError
 from ibsdyn.parameters import Parameter
-from ibsdyn.signals import Force, Sensor, Torque, load_column, sensor_row
+from ibsdyn.signals import Force, Sensor, Stroke, Torque, load_column, sensor_row
 
 if TYPE_CHECKING:
     from ibsdyn.linear_system import LinearSystem
@@ -117,7 +117,7 @@ class MotionBasis:
         """Return a sensor's (N,) row over all coordinates."""
         return sensor_row(sensor, self.assembly)
 
-    def load_column(self, source: Force | Torque) -> Array:
+    def load_column(self, source: Force | Torque | Stroke) -> Array:
         """Return a unit load's (N,) forces on all coordinates."""
         return load_column(source, self.assembly)
 
@@ -162,12 +162,33 @@ class MotionBasis:
             )
         return self._change(K=square, weighted=self._ratio(joint.name) * square)
 
+    def stroke_change(self, parameter: Parameter, stroke: Stroke) -> Array:
+        """Return the derivative of what a stroke exerts on the modes, (n,): its connection's stiffness at work."""
+        joint = self.joints[stroke.item]
+        entry = 0 if self.assembly.axis is not None else DIRECTIONS.index(str(stroke.direction))
+        if parameter.component != joint.name:
+            return np.zeros(self.n)
+        if parameter.kind == "stiffness" and parameter.entry == entry:
+            along = self._deformation(joint)[entry]
+        elif parameter.kind == "place":
+            share = _centre_share(joint.connection, parameter.field)
+            along = share * joint.connection.stiffness[entry] * self._turned(joint, parameter)[entry] @ self.motion
+        else:
+            return np.zeros(self.n)
+        change: Array = along[: self.n]
+        return change
+
+    def _turned(self, joint: Joint, parameter: Parameter) -> Array:
+        """Return the derivative of a joint's (6, N) deformation along its own axes as its elastic centre moves."""
+        # Only rotations enter, and a lever does not change those.
+        along = _lever_change(parameter.entry)
+        turned: Array = rotate_six(joint.connection.axes_matrix).T @ along @ joint.relative
+        return turned
+
     def _moved(self, joint: Joint, parameter: Parameter, share: float) -> MatrixChange:
         """Move an elastic centre: both ends see the rotations of what they are fixed to through another lever."""
         connection = joint.connection
-        along = _lever_change(parameter.entry)
-        # Only rotations enter, and a lever does not change those.
-        turned = rotate_six(connection.axes_matrix).T @ along @ joint.relative
+        turned = self._turned(joint, parameter)
         rows, deformation = turned @ self.motion, self._deformation(joint)
         finite = np.where(connection.locked, 0.0, connection.stiffness)
         dampers = np.zeros(6) if connection.damping is None else np.where(connection.locked, 0.0, connection.damping)

@@ -15,7 +15,7 @@ from ibsdyn.axes import Array
 from ibsdyn.mode_derivatives import ModeDerivatives
 from ibsdyn.parameter_derivatives import MatrixChange, MotionBasis, lever_derivative
 from ibsdyn.parameters import Parameter
-from ibsdyn.signals import BaseMotion, Force, Input, Sensor, direction_row
+from ibsdyn.signals import BaseMotion, Force, Input, Sensor, Stroke, Torque, direction_row
 
 Complex = NDArray[np.complex128]
 
@@ -194,7 +194,9 @@ def _sensor_change(basis: MotionBasis, parameter: Parameter, sensor: Sensor) -> 
     return change
 
 
-def _load_change(basis: MotionBasis, parameter: Parameter, source: Input) -> Array:
+def _load_change(basis: MotionBasis, parameter: Parameter, source: Force | Torque | Stroke) -> Array:
+    if isinstance(source, Stroke):
+        return basis.stroke_change(parameter, source)
     if not isinstance(source, Force) or source.position is not None:
         return np.zeros(basis.n)
     if not _moves_along(basis, parameter, source.item):

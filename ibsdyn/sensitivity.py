@@ -9,13 +9,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ibsdyn.axes import Array
+from ibsdyn.budget import CHUNK_BYTES, power_grid
+from ibsdyn.disturbances import Tone
 from ibsdyn.errors import AnalysisError, ModelError, known_keywords, warn_user
 from ibsdyn.harmonic import checked_frequencies
 from ibsdyn.linear_system import LinearSystem
 from ibsdyn.mode_derivatives import ModeDerivatives, mode_derivatives
 from ibsdyn.parameter_derivatives import MatrixChange, MotionBasis, matrix_changes
 from ibsdyn.parameters import Parameter, chosen_parameters, model_parameters
-from ibsdyn.quantities import ModeDamping, ModeFrequency, PeakResponse, Quantity, ResponseAt
+from ibsdyn.quantities import ModeDamping, ModeFrequency, PeakResponse, Quantity, ResponseAt, RmsResponse
 from ibsdyn.response_derivatives import ResponseDerivatives
 from ibsdyn.sensitivity_results import PLACE_STEP, RELATIVE_STEP, ResponseSensitivities, Sensitivities
 from ibsdyn.signals import Input, Sensor, checked_inputs, checked_outputs
@@ -97,11 +99,43 @@ def _peak_gradient(derivatives: SystemDerivatives, quantity: Quantity) -> Array:
     return _magnitude_gradient(derivatives, quantity.input, quantity.output, frequency)
 
 
+def _rms_gradient(derivatives: SystemDerivatives, quantity: Quantity) -> Array:
+    """Differentiate the integral of G S G^H on the grid on which the RMS itself is integrated."""
+    assert isinstance(quantity, RmsResponse)
+    system, count = derivatives.system, len(derivatives.parameters)
+    grid, limits = power_grid(system, quantity.disturbances, quantity.band)
+    power, change = 0.0, np.zeros(count)
+    for cause in quantity.disturbances:
+        inputs = (cause.input,) if isinstance(cause, Tone) else cause.inputs
+        responses = derivatives.responses(inputs, [quantity.output])
+        if isinstance(cause, Tone):
+            if not limits[0] <= cause.frequency <= limits[1]:
+                continue
+            hertz, weights = np.array([cause.frequency]), np.ones(1)
+        else:
+            hertz, weights = grid.frequencies, grid.weights
+        step = max(1, int(CHUNK_BYTES / (16 * max(count, 1) * len(inputs))))
+        for start in range(0, len(hertz), step):
+            part = slice(start, start + step)
+            spectra = (
+                np.full((1, 1, 1), cause.amplitude**2 / 2, dtype=complex)
+                if isinstance(cause, Tone)
+                else cause.cross_spectra(hertz[part])
+            )
+            response, changes = responses.at(hertz[part])
+            others = np.einsum("ikf,kf->if", spectra, response[0].conj()) * weights[part]
+            power += float(np.einsum("if,if->", response[0], others).real)
+            change += 2.0 * np.einsum("pif,if->p", changes[:, 0], others, optimize=True).real
+    gradient: Array = change / (2.0 * np.sqrt(power)) if power else change
+    return gradient
+
+
 _GRADIENTS: Mapping[type, Callable[[SystemDerivatives, Quantity], Array]] = {
     ModeFrequency: _frequency_gradient,
     ModeDamping: _damping_gradient,
     ResponseAt: _response_gradient,
     PeakResponse: _peak_gradient,
+    RmsResponse: _rms_gradient,
 }
 
 
