@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from ibsdyn.study_results import StudyResults
 
 MOST_BINS = 60
+# Values that differ by less than this share are one.
+SAME = 1e-9
 
 
 def plot_study(results: StudyResults, columns: Sequence[int], axes: np.ndarray | Axes | None) -> np.ndarray:
@@ -50,7 +52,11 @@ def _histogram(results: StudyResults, column: int, panel: Axes) -> None:
     values = results.values[:, column]
     values = values[np.isfinite(values)]
     if len(values):
-        bins = np.histogram_bin_edges(values, bins="auto")
+        if np.ptp(values) <= SAME * np.abs(values).max():
+            # What no parameter moves scatters by rounding; one bar shows it.
+            bins = values.mean() + np.array([-0.5, 0.5]) * (0.01 * abs(values.mean()) or 1.0)
+        else:
+            bins = np.histogram_bin_edges(values, bins="auto")
         if len(bins) > MOST_BINS:
             bins = np.linspace(values.min(), values.max(), MOST_BINS)
         panel.hist(values, bins=bins.tolist(), color="C0", alpha=0.6, edgecolor="white", linewidth=0.4)
