@@ -11,11 +11,13 @@ import numpy as np
 import scipy.optimize
 
 from ibsdyn.axes import Array
+from ibsdyn.budget import vibration_budget
+from ibsdyn.disturbances import AnyDisturbance, checked_disturbances
 from ibsdyn.errors import AnalysisError, ModelError, known_keywords
 from ibsdyn.frequency_response import unit_ratio
 from ibsdyn.resonance_grid import checked_band, poles, resonance_grid
 from ibsdyn.signals import Input, Sensor, checked_inputs, checked_outputs
-from ibsdyn.validation import number
+from ibsdyn.validation import in_words, number
 
 if TYPE_CHECKING:
     from ibsdyn.linear_system import LinearSystem
@@ -215,6 +217,53 @@ class PeakResponse:
             if -found.fun > highest:
                 frequency, highest = float(found.x), float(-found.fun)
         return frequency, highest
+
+
+@dataclass(frozen=True, eq=False, init=False)
+class RmsResponse:
+    """The RMS (one sigma) of an output under disturbances.
+
+    Parameters
+    ----------
+    output : Sensor.
+    disturbances : Disturbance, CorrelatedDisturbance, Tone; one or several, which add in power.
+    band : (lower, upper) over which power is counted [Hz]; all that the disturbances reach if None.
+    name : how results call it.
+
+    Raises
+    ------
+    ModelError : something that is no sensor or no disturbance.
+    AnalysisError : a band that is none.
+    """
+
+    output: Sensor
+    disturbances: tuple[AnyDisturbance, ...]
+    band: tuple[float, float] | None
+    name: str
+
+    @known_keywords
+    def __init__(
+        self,
+        output: Sensor,
+        disturbances: AnyDisturbance | Sequence[AnyDisturbance],
+        band: Sequence[float] | None = None,
+        name: str | None = None,
+    ) -> None:
+        (sensor,) = checked_outputs(output)
+        causes = checked_disturbances(disturbances)
+        limits = None if band is None else checked_band(band)
+        reach = "" if limits is None else f", {limits[0]:g} to {limits[1]:g} Hz"
+        default = f"RMS of {sensor.name} under {in_words([cause.name for cause in causes])}{reach}"
+        _set(self, output=sensor, disturbances=causes, band=limits, name=_name(name, default))
+
+    @property
+    def unit(self) -> str:
+        """Unit of the output."""
+        return self.output.unit
+
+    def evaluate(self, system: LinearSystem) -> float:
+        """Return the RMS; AnalysisError where an undamped mode makes it infinite."""
+        return float(vibration_budget(system, self.output, self.disturbances, self.band).rms[0])
 
 
 def _magnitude(system: LinearSystem, source: Input, sensor: Sensor, frequencies: Array) -> Array:

@@ -40,14 +40,14 @@ def plot_bode(frf: FrequencyResponse, axes: Sequence[Axes] | np.ndarray | None, 
             phase.set_xlabel("frequency [Hz]")
             for panel in (magnitude, phase):
                 panel.grid(True, which="both", alpha=0.25, linewidth=0.5)
-                _plain_hertz(panel)
+                plain_hertz(panel)
                 panel.set_xlim(frf.frequencies[frf.frequencies > 0].min(initial=np.inf), frf.frequencies.max())
             if label is not None:
                 magnitude.legend(loc="best", fontsize="small")
     return grid
 
 
-def _plain_hertz(panel: Axes) -> None:
+def plain_hertz(panel: Axes) -> None:
     """Label 20, 50, 100, 200 ... rather than powers of ten: resonances are read off this axis."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
