@@ -25,18 +25,18 @@ from ibsdyn.components import (
     scalar_stiffness,
     stiffness_values,
 )
+from ibsdyn.disturbances import AnyDisturbance, checked_disturbances
 from ibsdyn.engine import FlexibleMapping
 from ibsdyn.errors import ModelError, UnknownNameError, known_keywords, nearest, warn_user
 from ibsdyn.linear_system import LinearSystem, linearize
 from ibsdyn.model_check import HIGH_ZETA, findings, high_zeta_words, signal_findings
 from ibsdyn.model_table import component_table
-from ibsdyn.registered import Disturbance, Registered
 from ibsdyn.replacement import replaced_connections
 from ibsdyn.requirement import Requirement, RequirementResult
 from ibsdyn.signals import Input, Sensor, checked_inputs, checked_outputs
 from ibsdyn.validation import checked_names, number, point, valid_name
 
-_Entry = TypeVar("_Entry", bound=Registered)
+_Entry = TypeVar("_Entry", Input, Sensor, AnyDisturbance, Requirement)
 
 
 class Model:
@@ -66,7 +66,7 @@ class Model:
         self._connections: dict[str, Connection] = {}
         self._inputs: dict[str, Input] = {}
         self._sensors: dict[str, Sensor] = {}
-        self._disturbances: dict[str, Disturbance] = {}
+        self._disturbances: dict[str, AnyDisturbance] = {}
         self._requirements: dict[str, Requirement] = {}
 
     # -- what is in it
@@ -92,7 +92,7 @@ class Model:
         return MappingProxyType(self._sensors)
 
     @property
-    def disturbances(self) -> Mapping[str, Disturbance]:
+    def disturbances(self) -> Mapping[str, AnyDisturbance]:
         """Disturbances by name, in the order in which they were added."""
         return MappingProxyType(self._disturbances)
 
@@ -357,20 +357,19 @@ class Model:
         return self._register(self._sensors, checked)
 
     @known_keywords
-    def add_disturbance(self, disturbance: Disturbance) -> Disturbance:
+    def add_disturbance(self, disturbance: AnyDisturbance) -> AnyDisturbance:
         """Register a disturbance under its name, for the model file, budgets and reports.
 
         Parameters
         ----------
-        disturbance : an ``ibs.Disturbance``.
+        disturbance : Disturbance, CorrelatedDisturbance or Tone.
 
         Raises
         ------
         ModelError : no disturbance, or a name that is taken.
         """
-        if not isinstance(disturbance, Disturbance):
-            raise ModelError(f"add_disturbance takes an ibs.Disturbance, got {disturbance!r}.")
-        return self._register(self._disturbances, disturbance)
+        (checked,) = checked_disturbances(disturbance)
+        return self._register(self._disturbances, checked)
 
     @known_keywords
     def add_requirement(self, requirement: Requirement) -> Requirement:
@@ -483,7 +482,7 @@ class Model:
         """Return in words what looks wrong or is worth knowing; raises nothing, empty if all is well."""
         found = findings(self.axis, self._items, self._connections)
         if any(not isinstance(item, Fixation) for item in self._items.values()):
-            found += signal_findings(self.assembly(), self._inputs, self._sensors)
+            found += signal_findings(self.assembly(), self._inputs, self._sensors, self._disturbances)
         return found
 
     def check_requirements(self) -> tuple[RequirementResult, ...]:

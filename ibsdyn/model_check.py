@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from ibsdyn.assembly import Assembly, reference_point
 from ibsdyn.axes import DIRECTIONS, INERTIA_NAMES, Array
 from ibsdyn.components import Connection, Fixation, FlexibleBody, Inertia1D, Item, RigidBody
+from ibsdyn.disturbances import AnyDisturbance, Tone
 from ibsdyn.elastic_parts import elastic_parts, free_motions
 from ibsdyn.errors import ModelError
 from ibsdyn.locks import Elimination, eliminate_locks
@@ -47,10 +48,16 @@ def findings(axis: str | None, items: Mapping[str, Item], connections: Mapping[s
     ]
 
 
-def signal_findings(assembly: Assembly, inputs: Mapping[str, Input], sensors: Mapping[str, Sensor]) -> list[str]:
-    """Return in words which registered inputs and sensors the model cannot use."""
+def signal_findings(
+    assembly: Assembly,
+    inputs: Mapping[str, Input],
+    sensors: Mapping[str, Sensor],
+    disturbances: Mapping[str, AnyDisturbance],
+) -> list[str]:
+    """Return in words which inputs, sensors and disturbances the model cannot use."""
     found = []
-    for signal in (*inputs.values(), *sensors.values()):
+    driven = [s for d in disturbances.values() for s in ((d.input,) if isinstance(d, Tone) else d.inputs)]
+    for signal in dict.fromkeys((*inputs.values(), *sensors.values(), *driven)):
         try:
             if isinstance(signal, Sensor):
                 sensor_row(signal, assembly)

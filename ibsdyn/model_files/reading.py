@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 from collections.abc import Mapping
 from pathlib import Path
@@ -12,6 +13,7 @@ from ibsdyn.errors import ExpressionError, ModelFileError, nearest
 from ibsdyn.expressions import evaluate_all
 from ibsdyn.model import Model
 from ibsdyn.model_files.components import COMPONENTS, ITEMS, add_component
+from ibsdyn.model_files.disturbances import read_disturbance
 from ibsdyn.model_files.requirements import read_requirement
 from ibsdyn.model_files.signals import read_input, read_sensor
 from ibsdyn.model_files.table import Table
@@ -22,8 +24,10 @@ if sys.version_info >= (3, 11):
 else:  # the same parser, for the Python before it was built in
     import tomli as tomllib
 
-REGISTRIES = ("input", "sensor", "requirement")
+REGISTRIES = ("input", "sensor", "disturbance", "requirement")
 KNOWN_TABLES = ("model", "parameters", *COMPONENTS, *REGISTRIES)
+_MAX_DOTS = 20
+_QUOTED_PART = re.compile(r"[\"'][ \t]*\.")
 _MODEL_KEYS = ("name", "axis", "order")
 
 
@@ -40,6 +44,7 @@ def parsed(text: str, name: str) -> dict[str, Any]:
     ------
     ModelFileError : no TOML; the message has the line.
     """
+    _refuse_deep_keys(text, name)
     try:
         document: dict[str, Any] = tomllib.loads(text)
         return document
@@ -93,6 +98,9 @@ def model_of(document: Mapping[str, Any], source: Path, allow_outside: bool = Fa
     for name, values in named("sensor").items():
         with values.placed_errors():
             model.add_sensor(read_sensor(name, values))
+    for name, values in named("disturbance").items():
+        with values.placed_errors():
+            model.add_disturbance(read_disturbance(name, values, model))
     for name, values in named("requirement").items():
         with values.placed_errors():
             model.add_requirement(read_requirement(name, values, model))
@@ -126,6 +134,18 @@ def _ordered_items(kinds: Mapping[str, Mapping[str, Table]], head: Table) -> lis
 
 def _shown(name: str) -> str:
     return name if name.replace("_", "").replace("-", "").isalnum() and name.isascii() else f'"{name}"'
+
+
+def _refuse_deep_keys(text: str, name: str) -> None:
+    """Refuse keys of very many parts: the parser's time grows with the square of their number."""
+    for number, line in enumerate(text.split("\n"), 1):
+        if line.count(".") <= _MAX_DOTS:
+            continue
+        before = line.split("=")
+        keys = before if line.lstrip().startswith("[") else before[:-1]
+        bare = max(part.count(".") for key in keys for part in key.split(",")) if keys else 0
+        if max(bare, len(_QUOTED_PART.findall(line))) > _MAX_DOTS:
+            raise ModelFileError(f"{name}: line {number} has a key of more than {_MAX_DOTS} parts.")
 
 
 def _hint(text: str, error: Exception) -> str:

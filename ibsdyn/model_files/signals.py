@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, TypeVar
 
+from ibsdyn.errors import nearest
+from ibsdyn.model import Model
 from ibsdyn.model_files.table import Table
 from ibsdyn.signals import BaseMotion, Force, Input, Sensor, Torque
 
+_Entry = TypeVar("_Entry")
 INPUTS: Mapping[str, tuple[type[Input], tuple[str, ...]]] = {
     "force": (Force, ("item", "direction", "position")),
     "torque": (Torque, ("item", "direction")),
@@ -42,6 +45,40 @@ def written_input(signal: Input) -> dict[str, Any]:
 def written_sensor(sensor: Sensor) -> dict[str, Any]:
     """Return the keys and values of a sensor, without its name."""
     return _values(sensor, _SENSOR_KEYS)
+
+
+def read_source(table: Table, key: str, model: Model) -> Input:
+    """Return an input: one of the model by its name, or one in a table of its own."""
+    if isinstance(table.values.get(key), dict):
+        inner = table.inner(key)
+        return read_input(inner.text("name"), inner.without("name"))
+    return named_entry(table, key, model.inputs)
+
+
+def written_source(signal: Input, model: Model) -> Any:
+    """Return the name of an input that the model has, or a table of one that it does not have."""
+    return signal.name if model.inputs.get(signal.name) == signal else {"name": signal.name, **written_input(signal)}
+
+
+def read_output(table: Table, key: str, model: Model) -> Sensor:
+    """Return a sensor: one of the model by its name, or one in a table of its own."""
+    if isinstance(table.values.get(key), dict):
+        inner = table.inner(key)
+        return read_sensor(inner.text("name"), inner.without("name"))
+    return named_entry(table, key, model.sensors)
+
+
+def written_output(sensor: Sensor, model: Model) -> Any:
+    """Return the name of a sensor that the model has, or a table of one that it does not have."""
+    return sensor.name if model.sensors.get(sensor.name) == sensor else {"name": sensor.name, **written_sensor(sensor)}
+
+
+def named_entry(table: Table, key: str, known: Mapping[str, _Entry]) -> _Entry:
+    """Return what the model has under the name that a key gives."""
+    name = table.text(key)
+    if name not in known:
+        raise table.error(key, f"{name!r} is not in the file. {nearest(name, known)}")
+    return known[name]
 
 
 def _given(table: Table, keys: tuple[str, ...]) -> dict[str, Any]:
