@@ -168,6 +168,32 @@ class Model:
 
         write_model(self, path)
 
+    @known_keywords
+    def add_table(self, path: str | os.PathLike[str], kind: str | None = None) -> None:
+        """Add the components of a CSV file or spreadsheet: a row each, columns by name, units in brackets.
+
+        Parameters
+        ----------
+        path : .csv (or other text with commas, semicolons or tabs), or .xlsx with all its sheets;
+            docs/model_file.md lists the columns.
+        kind : "fixation", "rigid_body", "flexible_body" or "connection", where neither a column ``kind`` nor the
+            name of the sheet says it; by default told by the columns.
+
+        Raises
+        ------
+        MissingFileError : it is not there.
+        ModelFileError : what is wrong in which line; the model stays as it was.
+        ExtraMissingError : a spreadsheet, and openpyxl is not installed.
+
+        Warns
+        -----
+        ModelWarning : a text that is not UTF-8.
+        """
+        from ibsdyn.model_files.component_tables import with_table  # here: the reader needs this class
+
+        grown = with_table(self, path, kind)
+        self._items, self._connections = grown._items, grown._connections
+
     # -- components
 
     @known_keywords

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from fem_import.errors import FemImportError
-from ibsdyn.errors import ExpressionError, IbsdynError, ModelFileError, nearest
+from ibsdyn.errors import ExpressionError, ExtraMissingError, IbsdynError, ModelFileError, nearest
 from ibsdyn.expressions import evaluate
 
 # Axes are lists of lists of numbers; nothing is deeper.
@@ -133,7 +133,7 @@ class Table:
         """Put the place before the words of errors that arise inside."""
         try:
             yield
-        except ModelFileError:
+        except (ModelFileError, ExtraMissingError):
             raise
         except (IbsdynError, FemImportError, OSError) as error:
             raise ModelFileError(f"{self.where} {error}") from error
