@@ -41,10 +41,6 @@ class MissingFileError(ModelFileError, FileNotFoundError):
     """A file that is needed and not there."""
 
 
-class ExtraMissingError(IbsdynError, ImportError):
-    """A package of an extra that is not installed."""
-
-
 class AnalysisError(IbsdynError, ValueError):
     """An analysis that is asked for something that has no answer."""
 
@@ -53,12 +49,32 @@ class EngineError(IbsdynError, RuntimeError):
     """Exudyn refused a model or gave back matrices that contradict it."""
 
 
+class SimulationError(EngineError):
+    """A run in time that stalls, diverges or cannot begin."""
+
+
+class ExcitationError(IbsdynError, ValueError):
+    """A signal that cannot be made, or that does not fit the run that it should drive."""
+
+
+class ExtraMissingError(IbsdynError, ImportError):
+    """A package is missing that an extra of ibsdyn brings."""
+
+
 class RecordError(IbsdynError, ValueError):
     """A time record, or a file of one, that cannot be right."""
 
 
+class MissingRecordError(RecordError, FileNotFoundError):
+    """A file of a time record that is not there."""
+
+
 class RecordWarning(UserWarning):
     """A suspicious record that is used all the same."""
+
+
+class SimulationWarning(UserWarning):
+    """A run in time that is made all the same, though its result may mislead."""
 
 
 class ModelWarning(UserWarning):

@@ -14,6 +14,7 @@ from ibsdyn.errors import AnalysisError, UnknownNameError, nearest
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from typing_extensions import Self
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,8 +69,8 @@ class FrequencyResponse:
         UnknownNameError : a name or number that is not among them.
         AnalysisError : a name that several have.
         """
-        rows = _places(outputs, self.outputs, "output")
-        columns = _places(inputs, self.inputs, "input")
+        rows = places(outputs, self.outputs, "output")
+        columns = places(inputs, self.inputs, "input")
         return replace(
             self,
             response=self.response[np.ix_(rows, columns)],
@@ -78,6 +79,24 @@ class FrequencyResponse:
             output_units=tuple(self.output_units[i] for i in rows),
             input_units=tuple(self.input_units[i] for i in columns),
         )
+
+    def within(self, first: float, last: float) -> Self:
+        """Return the responses from one frequency to another [Hz], both included.
+
+        Raises
+        ------
+        AnalysisError : no line lies there.
+        """
+        kept = (self.frequencies >= first) & (self.frequencies <= last)
+        if not kept.any():
+            raise AnalysisError(
+                f"no line lies from {first:g} to {last:g} Hz; there are {len(self.frequencies)} from "
+                f"{self.frequencies[0]:.4g} to {self.frequencies[-1]:.4g} Hz."
+            )
+        return self._at(kept)
+
+    def _at(self, kept: NDArray[np.bool_]) -> Self:
+        return replace(self, frequencies=self.frequencies[kept], response=self.response[..., kept])
 
     def plot(self, axes: Sequence[Axes] | np.ndarray | None = None, label: str | None = None) -> np.ndarray:
         """Draw magnitude and phase over frequency, a pair of Axes for each output and input.
@@ -100,10 +119,18 @@ def unit_ratio(over: str, under: str) -> str:
     """Return the unit of an output per input, ``-`` where they are the same."""
     if over == under:
         return "-"
-    return f"({over})/({under})" if "/" in under or "·" in under else f"({over})/{under}"
+    numerator = f"({over})" if "/" in over or "·" in over else over
+    return f"{numerator}/({under})" if "/" in under or "·" in under else f"{numerator}/{under}"
 
 
-def _places(names: str | int | Sequence[str | int] | None, known: tuple[str, ...], what: str) -> list[int]:
+def places(names: str | int | Sequence[str | int] | None, known: tuple[str, ...], what: str) -> list[int]:
+    """Return the places of names or numbers among the known ones, all of them for None.
+
+    Raises
+    ------
+    UnknownNameError : a name or number that is not among them.
+    AnalysisError : a name that several have.
+    """
     if names is None:
         return list(range(len(known)))
     wanted = [names] if isinstance(names, (str, int)) else list(names)

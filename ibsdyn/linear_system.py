@@ -21,7 +21,7 @@ from ibsdyn.locks import eliminate_locks
 from ibsdyn.modes import Modes, undamped_modes
 from ibsdyn.quasi_static import QuasiStaticMotion, quasi_static_motion
 from ibsdyn.reduction_trust import reduction_errors, warn_of_frequencies_beyond, warn_of_modes_beyond
-from ibsdyn.signals import Input, Sensor, base_column, load_column, sensor_row
+from ibsdyn.signals import Input, Output, base_column, load_column, sensor_row
 from ibsdyn.state_space import StateSpace, state_space
 
 # How far Exudyn's K may be from the components' own: rounding, and in a floating frame numerical differentiation.
@@ -55,6 +55,7 @@ class LinearSystem:
     _explicit_damping: Array
     _parts: tuple[ElasticPart, ...]
     _modal: tuple[Array, Array, np.ndarray]
+    _ratios: Array
     _quasi_static: QuasiStaticMotion
 
     def __repr__(self) -> str:
@@ -113,7 +114,7 @@ class LinearSystem:
     def frf(
         self,
         inputs: Input | Sequence[Input],
-        outputs: Sensor | Sequence[Sensor],
+        outputs: Output | Sequence[Output],
         frequencies: Sequence[float] | Array,
         hysteretic: bool = False,
     ) -> FrequencyResponse:
@@ -121,8 +122,8 @@ class LinearSystem:
 
         Parameters
         ----------
-        inputs : Force, Torque, BaseMotion; one or several.
-        outputs : Sensor, one or several; absolute motion unless the sensor has ``relative_to``.
+        inputs : Force, Torque, Stroke, BaseMotion; one or several.
+        outputs : Sensor or CombinedSensor, one or several; absolute motion unless the sensor has ``relative_to``.
         frequencies : (n_freq,) [Hz].
         hysteretic : use the complex stiffness K_j (1 + 2 i zeta_j) of each part in place of the viscous matrix of
             the damping ratios; explicit dampers stay.
@@ -145,7 +146,7 @@ class LinearSystem:
         return response
 
     @known_keywords
-    def to_state_space(self, inputs: Input | Sequence[Input], outputs: Sensor | Sequence[Sensor]) -> StateSpace:
+    def to_state_space(self, inputs: Input | Sequence[Input], outputs: Output | Sequence[Output]) -> StateSpace:
         """Return A, B, C, D of the same inputs and outputs, for python-control, scipy and MATLAB.
 
         Raises
@@ -158,10 +159,22 @@ class LinearSystem:
     # What the analyses need of signals, over the independent coordinates.
 
     def load(self, signal: Input) -> Array:
-        """Return the (n,) generalised forces of a unit force or torque."""
+        """Return the (n,) generalised forces of a unit force, torque or stroke."""
         n = len(self.coordinates)
         column: Array = self._to_full[:, :n].T @ load_column(signal, self._assembly)  # type: ignore[arg-type]  # checked
         return column
+
+    def modal_damping(self) -> Array:
+        """Return the (N, N) viscous matrix of the damping ratios over all coordinates of the assembly.
+
+        Of coordinates that locks determine it has none: what they do follows from the independent ones.
+        """
+        names = self._assembly.names
+        places = [names.index(name) for name in (*self.coordinates, *self.base_coordinates)]
+        damping = np.zeros((len(names), len(names)))
+        natural, shapes, rigid = self._modal
+        damping[np.ix_(places, places)] = damping_matrix(self.M, self.K_base, natural, shapes, rigid, self._ratios)
+        return damping
 
     def base_motion(self, signal: Input) -> Array:
         """Return the (n_base,) base displacements of a unit motion of a fixation."""
@@ -171,7 +184,7 @@ class LinearSystem:
         """Return how the bodies follow a base that moves infinitely slowly."""
         return self._quasi_static
 
-    def sensor(self, sensor: Sensor) -> tuple[Array, Array]:
+    def sensor(self, sensor: Output) -> tuple[Array, Array]:
         """Return a sensor's displacement row over the free (n,) and the base coordinates (n_base,)."""
         row = sensor_row(sensor, self._assembly) @ self._to_full
         n = len(self.coordinates)
@@ -217,6 +230,7 @@ def linearize(assembly: Assembly, flexible: FlexibleMapping = "small-deflection"
         _explicit_damping=explicit,
         _parts=parts,
         _modal=(omega, shapes, rigid),
+        _ratios=ratios,
         _quasi_static=quasi_static_motion(assembly, parts, np.r_[elimination.free, elimination.base], n),
     )
 

@@ -16,7 +16,7 @@ from ibsdyn.disturbances import AnyDisturbance, checked_disturbances
 from ibsdyn.errors import AnalysisError, ModelError, known_keywords
 from ibsdyn.frequency_response import unit_ratio
 from ibsdyn.resonance_grid import checked_band, poles, resonance_grid
-from ibsdyn.signals import Input, Sensor, checked_inputs, checked_outputs
+from ibsdyn.signals import Input, Output, checked_inputs, checked_outputs
 from ibsdyn.validation import in_words, number
 
 if TYPE_CHECKING:
@@ -113,7 +113,7 @@ class ResponseAt:
     Parameters
     ----------
     input : Force, Torque or BaseMotion.
-    output : Sensor.
+    output : Sensor or CombinedSensor.
     frequency : [Hz]; 0 where the response has a limit there, as a compliance or a transmissibility.
     name : how results call it.
 
@@ -123,12 +123,12 @@ class ResponseAt:
     """
 
     input: Input
-    output: Sensor
+    output: Output
     frequency: float
     name: str
 
     @known_keywords
-    def __init__(self, input: Input, output: Sensor, frequency: float, name: str | None = None) -> None:
+    def __init__(self, input: Input, output: Output, frequency: float, name: str | None = None) -> None:
         (source,), (sensor,) = checked_inputs(input), checked_outputs(output)
         hertz = number(frequency, "ResponseAt: frequency", "Hz", minimum=0.0)
         default = f"{sensor.name} / {source.name} at {hertz:g} Hz"
@@ -161,7 +161,7 @@ class PeakResponse:
     Parameters
     ----------
     input : Force, Torque or BaseMotion.
-    output : Sensor.
+    output : Sensor or CombinedSensor.
     band : (lower, upper) [Hz], lower above 0.
     name : how results call it.
 
@@ -177,12 +177,12 @@ class PeakResponse:
     """
 
     input: Input
-    output: Sensor
+    output: Output
     band: tuple[float, float]
     name: str
 
     @known_keywords
-    def __init__(self, input: Input, output: Sensor, band: Sequence[float], name: str | None = None) -> None:
+    def __init__(self, input: Input, output: Output, band: Sequence[float], name: str | None = None) -> None:
         (source,), (sensor,) = checked_inputs(input), checked_outputs(output)
         lower, upper = checked_band(band)
         default = f"peak of {sensor.name} / {source.name}, {lower:g} to {upper:g} Hz"
@@ -207,15 +207,16 @@ class PeakResponse:
         inner = values[1:-1]
         maxima = 1 + np.flatnonzero((inner >= values[:-2]) & (inner >= values[2:]) & (inner > PEAK_SHARE * highest))
         for place in maxima:
-            start, end = grid[place - 1], grid[place + 1]
-            found = scipy.optimize.minimize_scalar(
-                lambda f: -float(_magnitude(system, self.input, self.output, np.array([f]))[0]),
-                bounds=(start, end),
-                method="bounded",
-                options={"xatol": 1e-6 * (end - start)},
-            )
+            centre, reach = float(grid[place]), float(max(grid[place + 1] - grid[place], grid[place] - grid[place - 1]))
+
+            def at(step: float, centre: float = centre, reach: float = reach) -> float:
+                # In steps from the node: the search knows its variable to 1e-8 of itself, and a peak may be narrower.
+                return -float(_magnitude(system, self.input, self.output, np.array([centre + step * reach]))[0])
+
+            ends = ((grid[place - 1] - centre) / reach, (grid[place + 1] - centre) / reach)
+            found = scipy.optimize.minimize_scalar(at, bounds=ends, method="bounded", options={"xatol": 1e-7})
             if -found.fun > highest:
-                frequency, highest = float(found.x), float(-found.fun)
+                frequency, highest = centre + float(found.x) * reach, -float(found.fun)
         return frequency, highest
 
 
@@ -225,7 +226,7 @@ class RmsResponse:
 
     Parameters
     ----------
-    output : Sensor.
+    output : Sensor or CombinedSensor.
     disturbances : Disturbance, CorrelatedDisturbance, Tone; one or several, which add in power.
     band : (lower, upper) over which power is counted [Hz]; all that the disturbances reach if None.
     name : how results call it.
@@ -236,7 +237,7 @@ class RmsResponse:
     AnalysisError : a band that is none.
     """
 
-    output: Sensor
+    output: Output
     disturbances: tuple[AnyDisturbance, ...]
     band: tuple[float, float] | None
     name: str
@@ -244,7 +245,7 @@ class RmsResponse:
     @known_keywords
     def __init__(
         self,
-        output: Sensor,
+        output: Output,
         disturbances: AnyDisturbance | Sequence[AnyDisturbance],
         band: Sequence[float] | None = None,
         name: str | None = None,
@@ -266,7 +267,7 @@ class RmsResponse:
         return float(vibration_budget(system, self.output, self.disturbances, self.band).rms[0])
 
 
-def _magnitude(system: LinearSystem, source: Input, sensor: Sensor, frequencies: Array) -> Array:
+def _magnitude(system: LinearSystem, source: Input, sensor: Output, frequencies: Array) -> Array:
     magnitude: Array = system.frf(source, sensor, frequencies).magnitude[0, 0]
     return magnitude
 

@@ -50,7 +50,8 @@ def floor_vibration(criterion: str, unit: str = "m/s²") -> PSD:
     The criteria bound the RMS velocity v in one-third-octave bands: 50, 25, 12.5, 6.25, 3.12, 1.56, 0.78 µm/s, VC-C to
     VC-G from 1 to 80 Hz, VC-A and VC-B from 8 to 80 Hz with constant acceleration from 4 to 8 Hz (quoted as 260 and
     130 µg). A floor that reaches its criterion in all bands at once has the PSD v² / (0.232 f); a real one reaches it
-    in a few, so this is an upper bound. H. Amick, M. Gendreau, T. Busch, C. Gordon, Evolving criteria for research
+    in a few, so this is an upper bound. The criteria say nothing outside of their frequencies; the PSD is zero there.
+    H. Amick, M. Gendreau, T. Busch, C. Gordon, Evolving criteria for research
     facilities: I - Vibration, Proc. SPIE 5933 (2005); IEST-RP-CC024.
     """
     if criterion not in _CRITERIA:

@@ -272,7 +272,7 @@ def _is_utf8(text):
 @st.composite
 def models(draw):
     model = ibs.Model(draw(names))
-    unique = iter(draw(st.lists(names, min_size=16, max_size=16, unique=True)))
+    unique = iter(draw(st.lists(names, min_size=18, max_size=18, unique=True)))
     items = []
     for kind in draw(st.permutations(["fixation", "rigid", "rigid", "flexible"])):
         name = next(unique)
@@ -313,6 +313,9 @@ def models(draw):
     model.add_requirement(
         ibs.Requirement(next(unique), ibs.PeakResponse(push, other, (0.1, 7.0), name=draw(st.none() | names)), 1.0)
     )
+    model.add_input(ibs.Stroke(next(iter(model.connections)), "rx"))
+    other = ibs.Sensor(items[2], "z", quantity="displacement")
+    model.add_sensor(ibs.CombinedSensor(next(unique), [(1.0, seen), (draw(finite), other)], "m"))
     psd = ibs.PSD((1.0, 2.0, 2.0, draw(st.floats(3, 1e4))), draw(st.tuples(*[positive] * 4)), "N", draw(names))
     noise = model.add_disturbance(ibs.Disturbance(next(unique), push, psd))
     own = ibs.Force(items[1], "y")

@@ -12,7 +12,7 @@ from ibsdyn.model_files.signals import named_entry, read_output, read_source, wr
 from ibsdyn.model_files.table import Table
 from ibsdyn.quantities import ModeDamping, ModeFrequency, PeakResponse, Quantity, ResponseAt, RmsResponse
 from ibsdyn.requirement import SENSES, Requirement
-from ibsdyn.signals import Input, Sensor
+from ibsdyn.signals import Input, Output
 
 QUANTITIES: Mapping[str, tuple[Callable[..., Quantity], tuple[str, ...]]] = {
     "mode_frequency": (ModeFrequency, ("mode",)),
@@ -76,7 +76,7 @@ def _read(table: Table, key: str, model: Model) -> Any:
 
 
 def _written(value: Any, model: Model) -> Any:
-    if isinstance(value, Sensor):
+    if isinstance(value, Output):
         return written_output(value, model)
     if isinstance(value, Input):
         return written_source(value, model)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,8 +13,10 @@ if TYPE_CHECKING:
     from ibsdyn.frequency_response import FrequencyResponse
 
 
-def plot_bode(frf: FrequencyResponse, axes: Sequence[Axes] | np.ndarray | None, label: str | None) -> np.ndarray:
-    """Draw every response of ``frf``; see ``FrequencyResponse.plot``.
+def plot_bode(
+    frf: FrequencyResponse, axes: Sequence[Axes] | np.ndarray | None, label: str | None, **line: Any
+) -> np.ndarray:
+    """Draw every response of ``frf``, ``line`` as matplotlib's Line2D takes it; see ``FrequencyResponse.plot``.
 
     Raises
     ------
@@ -30,8 +32,8 @@ def plot_bode(frf: FrequencyResponse, axes: Sequence[Axes] | np.ndarray | None, 
     for o in range(n_out):
         for i in range(n_in):
             magnitude, phase = grid[2 * o, i], grid[2 * o + 1, i]
-            magnitude.loglog(frf.frequencies, frf.magnitude[o, i], label=label)
-            phase.semilogx(frf.frequencies, _drawn_phase(frf.phase[o, i]), label=label)
+            magnitude.loglog(frf.frequencies, frf.magnitude[o, i], label=label, **line)
+            phase.semilogx(frf.frequencies, _drawn_phase(frf.phase[o, i]), label=label, **line)
             magnitude.set_ylabel(f"magnitude [{frf.unit(o, i)}]")
             magnitude.set_title(f"{frf.inputs[i]} → {frf.outputs[o]}", fontsize="medium")
             phase.set_ylabel("phase [°]")

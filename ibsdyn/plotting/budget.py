@@ -18,8 +18,13 @@ if TYPE_CHECKING:
 
 # Sources beyond this many are drawn as one, the smallest ones: more lines cannot be told apart.
 MOST_SOURCES = 8
-# Steps of a PSD over frequency are drawn with this many points between two of its own: power laws stay straight.
+# How far below its peak a PSD is drawn: antiresonances and the ends of bands go down to nothing.
 DECADES_SHOWN = 8
+# Sources below this share of the power would be a line on the axis.
+LEAST_SHARE = 1e-9
+# Without red, which is the limit's.
+_COLOURS = ("tab:blue", "tab:orange", "tab:green", "tab:purple", "tab:brown", "tab:pink", "tab:olive", "tab:cyan")
+_PREFIXES = {0: "", -3: "m", -6: "µ", -9: "n", -12: "p", -15: "f", 3: "k"}
 
 
 def plot_psd(psd: PSD, axes: Axes | None, label: str | None) -> Axes:
@@ -56,54 +61,67 @@ def plot_budget(budget: VibrationBudget, limits: Mapping[int, float], axes: np.n
 
 
 def _draw_output(budget: VibrationBudget, o: int, limit: float | None, density: Axes, cumulative: Axes) -> None:
-    unit = budget.units[o]
+    rms = float(budget.rms[o])
+    factor, unit = _engineering(max(rms, limit or 0.0), budget.units[o])
     f = np.r_[budget.band[0], budget.frequencies, budget.band[1]]
-    curves = _curves(budget, o)
-    several = len(curves) > 1
-    for name, psd, power, total in curves:
+    several = len(budget.sources) > 1
+    for name, colour, psd, power, total in _curves(budget, o):
         if psd.any():  # a tone has no density
-            density.loglog(budget.frequencies, psd, linewidth=1.0, label=name)
-        else:
-            density.plot([], [], label=name)
-        share = f" ({_percent(total / budget.power[o])})" if several and budget.power[o] else ""
-        cumulative.semilogx(f, np.sqrt(np.r_[0.0, power, total]), linewidth=1.0, label=f"{name}{share}")
+            density.loglog(budget.frequencies, psd, color=colour, linewidth=1.0, label=name)
+        share = f" ({_percent(total / budget.power[o])})" if several else ""
+        running = factor * np.sqrt(np.r_[0.0, power, total])
+        cumulative.semilogx(f, running, color=colour, linewidth=1.0, label=f"{name}{share}")
     if several:
         if budget.psd[o].any():
             density.loglog(budget.frequencies, budget.psd[o], color="black", linewidth=1.4, label="total")
-        power = np.r_[0.0, budget.cumulative_power[o], budget.power[o]]
-        cumulative.semilogx(f, np.sqrt(power), color="black", linewidth=1.4, label="total")
-    rms = budget.rms[o]
+        running = factor * np.sqrt(np.r_[0.0, budget.cumulative_power[o], budget.power[o]])
+        cumulative.semilogx(f, running, color="black", linewidth=1.4, label="total")
     verdict = ""
     if limit is not None:
-        cumulative.axhline(limit, color="tab:red", linestyle="--", linewidth=1.2, label=f"limit {limit:.3g} {unit}")
+        shown = f"limit {factor * limit:.3g} {unit}"
+        cumulative.axhline(factor * limit, color="tab:red", linestyle="--", linewidth=1.2, label=shown)
         verdict = ", met" if rms <= limit else ", NOT MET"
-    density.set_title(f"{budget.outputs[o]}\n{rms:.3g} {unit} RMS (1σ), {_reach(budget)}{verdict}", fontsize="medium")
-    density.set_ylabel(f"PSD, one-sided [{unit_of_psd(unit)}]")
+    band = f"{budget.band[0]:.4g} to {budget.band[1]:.4g} Hz"
+    density.set_title(f"{budget.outputs[o]}\n{factor * rms:.3g} {unit} RMS (1σ), {band}{verdict}", fontsize="medium")
+    density.set_ylabel(f"PSD, one-sided [{unit_of_psd(budget.units[o])}]")
     cumulative.set_ylabel(f"cumulative RMS (1σ) [{unit}]")
     cumulative.set_xlabel("frequency [Hz]")
-    cumulative.set_ylim(0.0, 1.08 * max(rms, limit or 0.0) or 1.0)
+    cumulative.set_ylim(0.0, 1.08 * factor * max(rms, limit or 0.0) or 1.0)
     _bound_below(density, budget.psd[o])
     for panel in (density, cumulative):
         panel.grid(True, which="both", alpha=0.25, linewidth=0.5)
         panel.set_xlim(*budget.band)
         plain_hertz(panel)
     if several or limit is not None:
-        cumulative.legend(loc="upper left", fontsize="small")
+        cumulative.legend(loc="best", fontsize="small")
 
 
-def _curves(budget: VibrationBudget, o: int) -> list[tuple[str, Array, Array, float]]:
-    """Return name, PSD, cumulative power and power of each source drawn, the largest first."""
-    order = np.argsort(-budget.source_power[o], kind="stable")
+def _curves(budget: VibrationBudget, o: int) -> list[tuple[str, str, Array, Array, float]]:
+    """Return name, colour, PSD, cumulative power and power of each source drawn, the largest first."""
+    powers = budget.source_power[o]
+    order = [int(d) for d in np.argsort(-powers, kind="stable") if powers[d] > LEAST_SHARE * budget.power[o]]
     kept, rest = order[:MOST_SOURCES], order[MOST_SOURCES:]
     curves = [
-        (budget.sources[d], budget.source_psd[o, d], budget.source_cumulative[o, d], float(budget.source_power[o, d]))
+        (
+            budget.sources[d],
+            _COLOURS[d % len(_COLOURS)],
+            budget.source_psd[o, d],
+            budget.source_cumulative[o, d],
+            float(powers[d]),
+        )
         for d in kept
     ]
-    if len(rest):
-        sums = (array[o, rest].sum(axis=0) for array in (budget.source_psd, budget.source_cumulative))
-        psd, power = sums
-        curves.append((f"{len(rest)} others", psd, power, float(budget.source_power[o, rest].sum())))
+    if rest:
+        psd, power = (array[o, rest].sum(axis=0) for array in (budget.source_psd, budget.source_cumulative))
+        curves.append((f"{len(rest)} others", "grey", psd, power, float(powers[rest].sum())))
     return curves
+
+
+def _engineering(value: float, unit: str) -> tuple[float, str]:
+    """Return the factor and the unit in which a value is a number from 1 to 1000."""
+    power = 3 * int(np.floor(np.log10(value) / 3)) if value > 0 else 0
+    power = int(np.clip(power, min(_PREFIXES), max(_PREFIXES)))
+    return 10.0**-power, _PREFIXES[power] + unit
 
 
 def _bound_below(density: Axes, psd: Array) -> None:
@@ -112,10 +130,6 @@ def _bound_below(density: Axes, psd: Array) -> None:
     if highest > 0.0:
         lowest = max(float(psd[psd > 0].min()), highest * 10.0**-DECADES_SHOWN)
         density.set_ylim(lowest / 2, highest * 3)
-
-
-def _reach(budget: VibrationBudget) -> str:
-    return f"{budget.band[0]:.4g} to {budget.band[1]:.4g} Hz"
 
 
 def _percent(share: float) -> str:
