@@ -29,6 +29,7 @@ from ibsdyn.errors import ModelError, ModelWarning, UnknownNameError, known_keyw
 from ibsdyn.linear_system import LinearSystem, linearize
 from ibsdyn.model_check import HIGH_ZETA, findings, high_zeta_words
 from ibsdyn.model_table import component_table
+from ibsdyn.parameters import changed_components, model_parameters
 from ibsdyn.replacement import replaced_connections
 from ibsdyn.validation import checked_names, number, point, valid_name
 
@@ -331,6 +332,30 @@ class Model:
         self._items = items | {name: body}
         self._connections = connections
         return body
+
+    # -- parameters
+
+    def parameters(self) -> dict[str, float]:
+        """Return every number of the components by address, as ``{"mirror.mass": 0.25, "mount.kx": 1e6, ...}``, SI."""
+        known = model_parameters(self._items, self._connections, self.axis)
+        return {address: parameter.value for address, parameter in known.items()}
+
+    def with_parameters(self, values: Mapping[str, float]) -> Model:
+        """Return a model of its own in which some numbers are others.
+
+        Parameters
+        ----------
+        values : new values by address, as ``{"mirror.mass": 0.3, "mount.position1.x": 0.01}``, SI; ``parameters()``
+            lists the addresses.
+
+        Raises
+        ------
+        UnknownNameError : an address that the model does not have.
+        ModelError : a value that the component cannot have.
+        """
+        twin = self.copy()
+        twin._items, twin._connections = changed_components(self._items, self._connections, self.axis, values)
+        return twin
 
     # -- analyses
 
