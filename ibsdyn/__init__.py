@@ -1,5 +1,6 @@
 """Dynamics of precision machines by bookkeeping: components in, modes and frequency responses out."""
 
+from ibsdyn.comparison import Comparison, compare
 from ibsdyn.components import Connection, Fixation, FlexibleBody, Inertia1D, RigidBody
 from ibsdyn.errors import (
     AnalysisError,
@@ -17,7 +18,9 @@ from ibsdyn.errors import (
     UnknownNameError,
 )
 from ibsdyn.frequency_response import FrequencyResponse
+from ibsdyn.identification import DetectionLines, FrfEstimate, estimate_frf
 from ibsdyn.linear_system import LinearSystem
+from ibsdyn.modal_estimation import ModalEstimate, estimate_modes
 from ibsdyn.model import Model
 from ibsdyn.modes import Modes
 from ibsdyn.quantities import ModeDamping, ModeFrequency, PeakResponse, Quantity, ResponseAt
@@ -30,7 +33,9 @@ from ibsdyn.time_record import TimeRecord
 __all__ = [
     "AnalysisError",
     "BaseMotion",
+    "Comparison",
     "Connection",
+    "DetectionLines",
     "EngineError",
     "ExpressionError",
     "ExtraMissingError",
@@ -38,10 +43,12 @@ __all__ = [
     "FlexibleBody",
     "Force",
     "FrequencyResponse",
+    "FrfEstimate",
     "IbsdynError",
     "Inertia1D",
     "LinearSystem",
     "MissingFileError",
+    "ModalEstimate",
     "ModeDamping",
     "ModeFrequency",
     "Model",
@@ -63,5 +70,8 @@ __all__ = [
     "Torque",
     "UnknownKeywordError",
     "UnknownNameError",
+    "compare",
+    "estimate_frf",
+    "estimate_modes",
     "required_stiffness",
 ]

@@ -41,16 +41,16 @@ class MissingFileError(ModelFileError, FileNotFoundError):
     """A file that is needed and not there."""
 
 
-class ExtraMissingError(IbsdynError, ImportError):
-    """A package of an extra that is not installed."""
-
-
 class AnalysisError(IbsdynError, ValueError):
     """An analysis that is asked for something that has no answer."""
 
 
 class EngineError(IbsdynError, RuntimeError):
     """Exudyn refused a model or gave back matrices that contradict it."""
+
+
+class ExtraMissingError(IbsdynError, ImportError):
+    """A package is missing that an extra of ibsdyn brings."""
 
 
 class RecordError(IbsdynError, ValueError):

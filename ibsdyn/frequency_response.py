@@ -68,8 +68,8 @@ class FrequencyResponse:
         UnknownNameError : a name or number that is not among them.
         AnalysisError : a name that several have.
         """
-        rows = _places(outputs, self.outputs, "output")
-        columns = _places(inputs, self.inputs, "input")
+        rows = places(outputs, self.outputs, "output")
+        columns = places(inputs, self.inputs, "input")
         return replace(
             self,
             response=self.response[np.ix_(rows, columns)],
@@ -103,7 +103,14 @@ def unit_ratio(over: str, under: str) -> str:
     return f"({over})/({under})" if "/" in under or "·" in under else f"({over})/{under}"
 
 
-def _places(names: str | int | Sequence[str | int] | None, known: tuple[str, ...], what: str) -> list[int]:
+def places(names: str | int | Sequence[str | int] | None, known: tuple[str, ...], what: str) -> list[int]:
+    """Return the places of names or numbers among the known ones, all of them for None.
+
+    Raises
+    ------
+    UnknownNameError : a name or number that is not among them.
+    AnalysisError : a name that several have.
+    """
     if names is None:
         return list(range(len(known)))
     wanted = [names] if isinstance(names, (str, int)) else list(names)

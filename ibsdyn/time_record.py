@@ -24,7 +24,8 @@ class TimeRecord:
 
     Parameters
     ----------
-    signals : (n_channels, n_samples) values; one channel may be given as (n_samples,).
+    signals : (n_channels, n_samples) values; one channel may be given as (n_samples,). A copy is kept, but of a
+        float64 ``numpy.memmap`` opened with mode "r", so that hours of data stay on the disk.
     names : name of each channel, all different.
     units : unit of each channel.
     sample_rate : [Hz].
@@ -153,7 +154,8 @@ class TimeRecord:
 
 def _signals(signals: ArrayLike, names: tuple[str, ...], title: str) -> Array:
     try:
-        values = np.array(signals, dtype=np.float64, ndmin=2)
+        kept = isinstance(signals, np.memmap) and signals.dtype == np.float64 and signals.mode == "r"
+        values = np.atleast_2d(signals) if kept else np.array(signals, dtype=np.float64, ndmin=2)
     except (TypeError, ValueError):
         lengths = [np.size(row) for row in signals] if isinstance(signals, (list, tuple)) else []
         if len(set(lengths)) > 1:
@@ -167,15 +169,16 @@ def _signals(signals: ArrayLike, names: tuple[str, ...], title: str) -> Array:
             f"{title}: signals have shape {values.shape}, but there are {len(names)} channels {list(names)}; the order "
             f"is [channel, sample].{turned}"
         )
-    broken = ~np.isfinite(values)
-    if broken.any():
-        row, column = (int(place[0]) for place in np.nonzero(broken))
-        raise RecordError(
-            f"{title}: channel {names[row]!r} is {values[row, column]} at sample {column} ({int(broken.sum())} values "
-            "in all are not finite). Cut the record before it, or mend the gap; a spectrum cannot leave samples out."
-        )
+    for name, channel in zip(names, values, strict=True):  # one by one: the check of hours of data takes memory too
+        broken = ~np.isfinite(channel)
+        if broken.any():
+            first = int(broken.argmax())
+            raise RecordError(
+                f"{title}: channel {name!r} is {channel[first]} at sample {first} ({int(broken.sum())} of its values "
+                "are not finite). Cut the record before it, or mend the gap; a spectrum cannot leave samples out."
+            )
     values.flags.writeable = False
-    return values
+    return np.asarray(values)
 
 
 def _texts(values: object, what: str, title: str) -> tuple[str, ...]:

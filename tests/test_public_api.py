@@ -24,6 +24,13 @@ FUNCTIONS = [
     ibs.BaseMotion.__init__,
     ibs.Sensor.__init__,
     ibs.required_stiffness,
+    ibs.estimate_frf,
+    ibs.FrfEstimate.plot,
+    ibs.FrfEstimate.radius,
+    ibs.FrfEstimate.covariance,
+    ibs.compare,
+    ibs.Comparison.plot,
+    ibs.estimate_modes,
     fi.reduce,
 ]
 

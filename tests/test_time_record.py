@@ -61,6 +61,16 @@ def test_what_cannot_be_right_is_refused(changes, words):
         _record(**changes)
 
 
+def test_a_mapped_file_is_not_read_into_memory(tmp_path):
+    values = np.arange(12.0).reshape(2, 6)
+    np.save(tmp_path / "run.npy", values)
+    mapped = np.load(tmp_path / "run.npy", mmap_mode="r")
+    record = _record(signals=mapped)
+    assert np.shares_memory(record.signals, mapped)
+    assert not np.shares_memory(_record(signals=values).signals, values)
+    np.testing.assert_array_equal(record["Y1"], values[1])
+
+
 def test_an_unknown_channel_answers_with_the_nearest():
     with pytest.raises(ibs.UnknownNameError, match="Did you mean 'force'"):
         _record()["forse"]

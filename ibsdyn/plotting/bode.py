@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,8 +13,10 @@ if TYPE_CHECKING:
     from ibsdyn.frequency_response import FrequencyResponse
 
 
-def plot_bode(frf: FrequencyResponse, axes: Sequence[Axes] | np.ndarray | None, label: str | None) -> np.ndarray:
-    """Draw every response of ``frf``; see ``FrequencyResponse.plot``.
+def plot_bode(
+    frf: FrequencyResponse, axes: Sequence[Axes] | np.ndarray | None, label: str | None, **line: Any
+) -> np.ndarray:
+    """Draw every response of ``frf``, ``line`` as matplotlib's Line2D takes it; see ``FrequencyResponse.plot``.
 
     Raises
     ------
@@ -30,8 +32,8 @@ def plot_bode(frf: FrequencyResponse, axes: Sequence[Axes] | np.ndarray | None, 
     for o in range(n_out):
         for i in range(n_in):
             magnitude, phase = grid[2 * o, i], grid[2 * o + 1, i]
-            magnitude.loglog(frf.frequencies, frf.magnitude[o, i], label=label)
-            phase.semilogx(frf.frequencies, _drawn_phase(frf.phase[o, i]), label=label)
+            magnitude.loglog(frf.frequencies, frf.magnitude[o, i], label=label, **line)
+            phase.semilogx(frf.frequencies, _drawn_phase(frf.phase[o, i]), label=label, **line)
             magnitude.set_ylabel(f"magnitude [{frf.unit(o, i)}]")
             magnitude.set_title(f"{frf.inputs[i]} → {frf.outputs[o]}", fontsize="medium")
             phase.set_ylabel("phase [°]")
@@ -40,14 +42,14 @@ def plot_bode(frf: FrequencyResponse, axes: Sequence[Axes] | np.ndarray | None, 
             phase.set_xlabel("frequency [Hz]")
             for panel in (magnitude, phase):
                 panel.grid(True, which="both", alpha=0.25, linewidth=0.5)
-                _plain_hertz(panel)
+                plain_hertz(panel)
                 panel.set_xlim(frf.frequencies[frf.frequencies > 0].min(initial=np.inf), frf.frequencies.max())
             if label is not None:
                 magnitude.legend(loc="best", fontsize="small")
     return grid
 
 
-def _plain_hertz(panel: Axes) -> None:
+def plain_hertz(panel: Axes) -> None:
     """Label 20, 50, 100, 200 ... rather than powers of ten: resonances are read off this axis."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
