@@ -7,6 +7,8 @@ from ibsdyn.errors import (
     EngineError,
     ExpressionError,
     ExtraMissingError,
+    HistoryError,
+    HistoryWarning,
     IbsdynError,
     MissingFileError,
     ModelError,
@@ -14,16 +16,19 @@ from ibsdyn.errors import (
     ModelWarning,
     RecordError,
     RecordWarning,
+    ReportError,
     UnknownKeywordError,
     UnknownNameError,
 )
 from ibsdyn.frequency_response import FrequencyResponse
 from ibsdyn.identification import DetectionLines, FrfEstimate, estimate_frf
+from ibsdyn.history import Difference, History, Revision
 from ibsdyn.linear_system import LinearSystem
 from ibsdyn.modal_estimation import ModalEstimate, estimate_modes
 from ibsdyn.model import Model
 from ibsdyn.modes import Modes
 from ibsdyn.quantities import ModeDamping, ModeFrequency, PeakResponse, Quantity, ResponseAt
+from ibsdyn.report import report
 from ibsdyn.requirement import Requirement, RequirementResult
 from ibsdyn.requirements import required_stiffness
 from ibsdyn.signals import BaseMotion, Force, Sensor, Torque
@@ -31,6 +36,13 @@ from ibsdyn.state_space import StateSpace
 from ibsdyn.time_record import TimeRecord
 
 __all__ = [
+    "Difference",
+    "History",
+    "HistoryError",
+    "HistoryWarning",
+    "ReportError",
+    "Revision",
+    "report",
     "AnalysisError",
     "BaseMotion",
     "Comparison",
