@@ -248,7 +248,7 @@ def compare(
 def _cell(resonance: Resonance | None, what: str) -> str:
     if resonance is None:
         return f"{'-':>9}"
-    return f"{resonance.frequency:9.4g}" if what == "frequency" else f"{100 * resonance.damping_ratio:9.3g}"
+    return f"{resonance.frequency:#9.4g}" if what == "frequency" else f"{100 * resonance.damping_ratio:#9.3g}"
 
 
 def _common(ours: tuple[str, ...], theirs: tuple[str, ...], what: str) -> list[str]:
@@ -308,13 +308,13 @@ def _matched(
     """Pair the resonances of both, the nearest first, each in the response of both in which it stands out most."""
     ours, theirs = find_resonances(model), find_resonances(test, uncertainty)
     one_each, other_each = distinct(ours), distinct(theirs)
+    mine_of = {a: next(k for k, r in enumerate(one_each) if same(a, r)) for a in ours}
+    yours_of = {b: next(k for k, r in enumerate(other_each) if same(b, r)) for b in theirs}
     candidates = []
     for a in ours:
         for b in theirs:
-            distance = abs(a.frequency - b.frequency) / b.frequency
-            if (a.output, a.input) == (b.output, b.input) and distance < SAME:
-                mine = next(k for k, r in enumerate(one_each) if same(a, r))
-                yours = next(k for k, r in enumerate(other_each) if same(b, r))
+            if (a.output, a.input) == (b.output, b.input) and abs(a.frequency - b.frequency) < SAME * b.frequency:
+                mine, yours = mine_of[a], yours_of[b]
                 candidates.append((abs(one_each[mine].frequency - other_each[yours].frequency), a, b, mine, yours))
     pairs: list[tuple[Resonance | None, Resonance | None]] = []
     mine_taken: set[int] = set()

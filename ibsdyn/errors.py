@@ -49,12 +49,24 @@ class EngineError(IbsdynError, RuntimeError):
     """Exudyn refused a model or gave back matrices that contradict it."""
 
 
+class SimulationError(EngineError):
+    """A run in time that stalls, diverges or cannot begin."""
+
+
+class ExcitationError(IbsdynError, ValueError):
+    """A signal that cannot be made, or that does not fit the run that it should drive."""
+
+
 class ExtraMissingError(IbsdynError, ImportError):
     """A package is missing that an extra of ibsdyn brings."""
 
 
 class RecordError(IbsdynError, ValueError):
     """A time record, or a file of one, that cannot be right."""
+
+
+class MissingRecordError(RecordError, FileNotFoundError):
+    """A file of a time record that is not there."""
 
 
 class RecordWarning(UserWarning):
@@ -71,6 +83,10 @@ class HistoryWarning(UserWarning):
 
 class ReportError(IbsdynError, ValueError):
     """A report that cannot be made as it was asked for."""
+
+
+class SimulationWarning(UserWarning):
+    """A run in time that is made all the same, though its result may mislead."""
 
 
 class ModelWarning(UserWarning):

@@ -100,7 +100,8 @@ def unit_ratio(over: str, under: str) -> str:
     """Return the unit of an output per input, ``-`` where they are the same."""
     if over == under:
         return "-"
-    return f"({over})/({under})" if "/" in under or "·" in under else f"({over})/{under}"
+    numerator = f"({over})" if "/" in over or "·" in over else over
+    return f"{numerator}/({under})" if "/" in under or "·" in under else f"{numerator}/{under}"
 
 
 def places(names: str | int | Sequence[str | int] | None, known: tuple[str, ...], what: str) -> list[int]:

@@ -55,6 +55,7 @@ class LinearSystem:
     _explicit_damping: Array
     _parts: tuple[ElasticPart, ...]
     _modal: tuple[Array, Array, np.ndarray]
+    _ratios: Array
     _quasi_static: QuasiStaticMotion
 
     def __repr__(self) -> str:
@@ -121,7 +122,7 @@ class LinearSystem:
 
         Parameters
         ----------
-        inputs : Force, Torque, BaseMotion; one or several.
+        inputs : Force, Torque, Stroke, BaseMotion; one or several.
         outputs : Sensor, one or several; absolute motion unless the sensor has ``relative_to``.
         frequencies : (n_freq,) [Hz].
         hysteretic : use the complex stiffness K_j (1 + 2 i zeta_j) of each part in place of the viscous matrix of
@@ -158,10 +159,22 @@ class LinearSystem:
     # What the analyses need of signals, over the independent coordinates.
 
     def load(self, signal: Input) -> Array:
-        """Return the (n,) generalised forces of a unit force or torque."""
+        """Return the (n,) generalised forces of a unit force, torque or stroke."""
         n = len(self.coordinates)
         column: Array = self._to_full[:, :n].T @ load_column(signal, self._assembly)  # type: ignore[arg-type]  # checked
         return column
+
+    def modal_damping(self) -> Array:
+        """Return the (N, N) viscous matrix of the damping ratios over all coordinates of the assembly.
+
+        Of coordinates that locks determine it has none: what they do follows from the independent ones.
+        """
+        names = self._assembly.names
+        places = [names.index(name) for name in (*self.coordinates, *self.base_coordinates)]
+        damping = np.zeros((len(names), len(names)))
+        natural, shapes, rigid = self._modal
+        damping[np.ix_(places, places)] = damping_matrix(self.M, self.K_base, natural, shapes, rigid, self._ratios)
+        return damping
 
     def base_motion(self, signal: Input) -> Array:
         """Return the (n_base,) base displacements of a unit motion of a fixation."""
@@ -217,6 +230,7 @@ def linearize(assembly: Assembly, flexible: FlexibleMapping = "small-deflection"
         _explicit_damping=explicit,
         _parts=parts,
         _modal=(omega, shapes, rigid),
+        _ratios=ratios,
         _quasi_static=quasi_static_motion(assembly, parts, np.r_[elimination.free, elimination.base], n),
     )
 

@@ -34,6 +34,8 @@ from ibsdyn.parameters import changed_components, model_parameters
 from ibsdyn.registered import Disturbance, Registered, Requirement, RequirementResult
 from ibsdyn.replacement import replaced_connections
 from ibsdyn.signals import Input, Sensor, checked_inputs, checked_outputs
+from ibsdyn.simulation import Excitations, simulate
+from ibsdyn.time_record import TimeRecord
 from ibsdyn.validation import checked_names, number, point, valid_name
 
 _Entry = TypeVar("_Entry", bound=Registered)
@@ -505,6 +507,70 @@ class Model:
         AnalysisError : an unstable part.
         """
         return linearize(self.assembly(), flexible)
+
+    @known_keywords
+    def simulate(
+        self,
+        excitations: Excitations,
+        sensors: Sensor | Sequence[Sensor],
+        duration: float | None = None,
+        sample_rate: float | None = None,
+        start: str | None = None,
+        gravity: Sequence[float] | None = None,
+        flexible: FlexibleMapping = "floating-frame",
+        steps_per_sample: int | None = None,
+        progress: bool = True,
+    ) -> TimeRecord:
+        """Return the record of a nonlinear run in Exudyn: the excitations' channels, then the sensors'.
+
+        Parameters
+        ----------
+        excitations : {input: excitation} or pairs of them. Input: Force, Torque, Stroke or BaseMotion. Excitation: as
+            from ``multisine``, or plain samples (n,) at ``sample_rate``; its unit is that of the input.
+        sensors : one or several.
+        duration : [s]; by default that of the excitations with all their periods.
+        sample_rate : of the record [Hz]; by default the highest of the excitations.
+        start : "steady", in the linear steady state of a periodic excitation (the default for such), or "rest": bodies
+            at rest relative to their base.
+        gravity : (gx, gy, gz) [m/s²]; the run then starts about the static equilibrium under it.
+        flexible : "floating-frame" (large rigid motion) or "small-deflection" (faster, the reduced matrices as they
+            are) for flexible bodies.
+        steps_per_sample : of the integrator. By default enough to shift the highest excited frequency by less than
+            0.05 % and the modes in band by less than 2 % of their damping ratio.
+        progress : show a progress bar where there is a terminal.
+
+        Raises
+        ------
+        ModelError : an input or sensor that the model does not have.
+        ExcitationError : a signal that does not fit the run.
+        SimulationError : no equilibrium, a run that stalls or diverges, locks that repeat each other.
+
+        Warns
+        -----
+        SimulationWarning : steps that are too coarse; a periodic base acceleration with a mean.
+
+        Notes
+        -----
+        Sensors show motion along global directions: displacement of a point from where it is undeformed (the sag under
+        gravity is part of it), the rotation vector of a body, angular velocity and acceleration; relative_to subtracts
+        the motion of the other item at the same point. Forces keep their global direction and act on their point as it
+        moves. A fixation turns by R = Rx Ry Rz. Damping ratios act as in the linear system, on small motions about the
+        undeformed state. The integrator (generalised-alpha) shows at f what the linear model has at
+        tan(pi f h)/(pi h), h being the step.
+        """
+        return simulate(
+            self.assembly(),
+            self.name,
+            excitations,
+            sensors,
+            duration,
+            sample_rate,
+            start,
+            gravity,
+            flexible,
+            steps_per_sample,
+            progress,
+        )
 
     def assembly(self) -> Assembly:
         """Return the coordinates and joints of the model as it stands.

@@ -16,6 +16,8 @@ PROMINENCE = 2.0
 # ... and its value must be known to this share of itself. Variances out of few degrees of freedom are small by chance
 # at some of thousands of lines, so they are averaged over as many lines.
 UNCERTAIN, POOLED_LINES = 0.15, 17
+# Of each response so many at most, those that stand out most: a noisy response without statistics has hundreds.
+MOST = 30
 # The local fit takes lines within so many half-power widths of the peak, and needs so many of them.
 WIDTHS, FEWEST_LINES = 1.5, 7
 
@@ -44,7 +46,7 @@ class Resonance:
 
 
 def find_resonances(frf: FrequencyResponse, uncertainty: Array | None = None) -> list[Resonance]:
-    """Return the peaks of every response that stand out and have both half-power points.
+    """Return the peaks of every response that stand out and have both half-power points, the 30 clearest of each.
 
     Parameters
     ----------
@@ -147,7 +149,8 @@ def _resonances_of(frf: FrequencyResponse, output: int, input_: int, spread: Arr
         if left is not None and right is not None:
             width, frequency = right - left, float(frequencies[top])
             found.append(Resonance(frequency, width / (2 * frequency), width, float(peak / bottom), output, input_))
-    return found
+    clearest = sorted(found, key=lambda r: -r.prominence)[:MOST]
+    return sorted(clearest, key=lambda r: r.frequency)
 
 
 def _crossing(frequencies: Array, power: Array, level: float) -> float | None:

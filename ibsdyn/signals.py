@@ -1,16 +1,17 @@
-"""Inputs and outputs of a model: forces, torques, motions of fixations, sensors."""
+"""Inputs and outputs of a model: forces, torques, strokes of actuators, motions of fixations, sensors."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from ibsdyn.assembly import Assembly
-from ibsdyn.axes import DIRECTIONS, Array, is_rotation
+from ibsdyn.assembly import Assembly, Joint
+from ibsdyn.axes import DIRECTIONS, Array, is_rotation, rotate_six
 from ibsdyn.components import Fixation, Point
-from ibsdyn.errors import ModelError, known_keywords, nearest
+from ibsdyn.errors import ModelError, UnknownNameError, known_keywords, nearest
 from ibsdyn.validation import numbers_of, point
 
 QUANTITIES = ("displacement", "velocity", "acceleration")
@@ -34,6 +35,14 @@ class _Signal:
     def is_rotation(self) -> bool:
         """Whether it turns rather than moves."""
         return isinstance(self.direction, str) and is_rotation(self.direction)
+
+    @property
+    def vector(self) -> Array:
+        """The (3,) unit vector along its direction, or of its axis where it turns."""
+        if isinstance(self.direction, str):
+            axis: Array = np.eye(3)[DIRECTIONS.index(self.direction) % 3]
+            return axis
+        return np.array(self.direction)
 
     def _where(self) -> str:
         if isinstance(self.direction, str):
@@ -124,6 +133,46 @@ class Torque(_Signal):
 
 
 @dataclass(frozen=True, init=False)
+class Stroke(_Signal):
+    """The stroke of an actuator: it drives the rest length of a connection along one of the connection's own axes.
+
+    A piezo stack is a connection with the stack's stiffness; a stroke s moves item2 by s relative to item1 where
+    nothing resists, and pushes with k s where it is blocked.
+
+    Parameters
+    ----------
+    item : a connection.
+    direction : "x" ... "rz", along the connection's axes; finite stiffness there.
+    name : how results call it.
+
+    Raises
+    ------
+    ModelError : an unknown direction or a name that is none.
+    """
+
+    @known_keywords
+    def __init__(self, item: str, direction: str, name: str | None = None) -> None:
+        what = f"Stroke of {item!r}"
+        _set(self, "item", _item(item, what))
+        if not isinstance(direction, str):
+            raise ModelError(
+                f"{what}: direction must be one of the connection's axes, {DIRECTIONS}, got {direction!r}."
+            )
+        _set(self, "direction", _direction(direction, what, DIRECTIONS, ""))
+        _set(self, "name", _name(name, f"stroke {self._where()}"))
+
+    @property
+    def unit(self) -> str:
+        """m or rad."""
+        return "rad" if self.is_rotation else "m"
+
+    def six_vector(self, joint: Joint) -> Array:
+        """Return the (6,) change of the rest position of a joint's end 2 for a unit stroke, global axes."""
+        column: Array = rotate_six(joint.connection.axes_matrix)[:, DIRECTIONS.index(str(self.direction))]
+        return column
+
+
+@dataclass(frozen=True, init=False)
 class BaseMotion(_Motion):
     """The prescribed motion of a fixation; rotations turn about its position.
 
@@ -192,17 +241,19 @@ class Sensor(_Motion):
         _set(self, "name", _name(name, f"{self._where()}{_place(self.position)} {self.quantity}{relative}"))
 
 
-Input = Force | Torque | BaseMotion
+Input = Force | Torque | Stroke | BaseMotion
 
 
-def load_column(signal: Force | Torque, assembly: Assembly) -> Array:
-    """Return the (N,) generalised forces of a unit force or torque.
+def load_column(signal: Force | Torque | Stroke, assembly: Assembly) -> Array:
+    """Return the (N,) generalised forces of a unit force, torque or stroke.
 
     Raises
     ------
-    UnknownNameError : the item is not in the model.
-    ModelError : it acts on a fixation, or off the axis of a 1-D model.
+    UnknownNameError : the item or connection is not in the model.
+    ModelError : it acts on a fixation, off the axis of a 1-D model, or along a direction without finite stiffness.
     """
+    if isinstance(signal, Stroke):
+        return _stroke_column(signal, assembly)
     what = signal.name
     assembly.address(signal.item, what)
     if isinstance(assembly.items.get(signal.item), Fixation):
@@ -212,6 +263,25 @@ def load_column(signal: Force | Torque, assembly: Assembly) -> Array:
         _refuse_unknown_rotation(signal, assembly, signal.item)
     row: Array = _row(signal, assembly) @ assembly.motion(signal.item, position)
     return row
+
+
+def _stroke_column(signal: Stroke, assembly: Assembly) -> Array:
+    row = _row(signal, assembly)  # which refuses what is off the axis of a 1-D model
+    joints = {joint.name: joint for joint in assembly.joints}
+    if signal.item not in joints:
+        raise UnknownNameError(f"{signal.name}: no connection {signal.item!r}. {nearest(signal.item, joints)}")
+    joint = joints[signal.item]
+    k = joint.connection.stiffness[0 if assembly.axis is not None else int(row.argmax())]
+    if k == 0.0 or math.isinf(k):
+        state = "free (stiffness 0)" if k == 0.0 else "locked (stiffness inf)"
+        raise ModelError(
+            f"{signal.name}: {signal.item!r} is {state} along {signal.direction!r}; an actuator needs the finite "
+            "stiffness of its stack there."
+        )
+    column: Array = joint.relative.T @ (
+        joint.stiffness[:, 0] if assembly.axis is not None else joint.stiffness @ signal.six_vector(joint)
+    )
+    return column
 
 
 def base_column(signal: BaseMotion, assembly: Assembly) -> Array:
@@ -262,12 +332,12 @@ def checked_inputs(inputs: object) -> tuple[Input, ...]:
     """
     listed = _listed(inputs)
     for item in listed:
-        if not isinstance(item, (Force, Torque, BaseMotion)):
+        if not isinstance(item, (Force, Torque, Stroke, BaseMotion)):
             swapped = " Inputs come first, then outputs." if isinstance(item, Sensor) else ""
-            raise ModelError(f"inputs must be Force, Torque or BaseMotion, got {item!r}.{swapped}")
+            raise ModelError(f"inputs must be Force, Torque, Stroke or BaseMotion, got {item!r}.{swapped}")
     if not listed:
-        raise ModelError("inputs are empty; give at least one Force, Torque or BaseMotion.")
-    return tuple(item for item in listed if isinstance(item, (Force, Torque, BaseMotion)))
+        raise ModelError("inputs are empty; give at least one Force, Torque, Stroke or BaseMotion.")
+    return tuple(item for item in listed if isinstance(item, (Force, Torque, Stroke, BaseMotion)))
 
 
 def checked_outputs(outputs: object) -> tuple[Sensor, ...]:

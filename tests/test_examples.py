@@ -1,11 +1,14 @@
 """Every example runs from the repository, and one number of it is checked."""
 
+import re
 import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+
+import ibsdyn as ibs
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 
@@ -47,3 +50,31 @@ def test_mirror_module_prints_one_table_and_writes_two_figures(tmp_path):
     for words in ("1-D concept", "3-D rigid bodies", "hybrid with FE flexure", "requirement met", "µrad"):
         assert words in done.stdout
     assert sorted(p.name for p in tmp_path.iterdir()) == ["mirror_module_frf.png", "mirror_module_modes.png"]
+
+
+@pytest.fixture(scope="module")
+def mirror_experiment():
+    sys.path.insert(0, str(EXAMPLES))
+    try:
+        import mirror_experiment
+    finally:
+        sys.path.remove(str(EXAMPLES))
+    return mirror_experiment
+
+
+@pytest.mark.filterwarnings("ignore:.*no wider than:ibsdyn.errors.RecordWarning")  # of so few lines
+def test_mirror_experiment_holds_the_model_and_shows_the_nonlinearity(mirror_experiment, monkeypatch, capsys, tmp_path):
+    # a third of the lines and of the time
+    monkeypatch.setattr(mirror_experiment, "LINES", ibs.band_lines(20.8, 800.0, 1.6))
+    mirror_experiment.main(tmp_path)
+    printed = capsys.readouterr().out
+    assert "9 runs 'A z' ... 'C ry'" in printed
+    assert float(re.search(r"([\d.]+) % of \d+ values inside the 99 % region", printed)[1]) > 97.0
+    away = [float(share) for share in re.findall(r"per line: +([\d.]+) % of the peak", printed)]
+    assert away[0] == 0.0
+    assert away[1] < 1.0
+    assert away[-1] > 3 * away[1]
+    assert sorted(p.name for p in tmp_path.iterdir()) == [
+        "mirror_experiment_amplitude.png",
+        "mirror_experiment_regions.png",
+    ]

@@ -224,6 +224,7 @@ def _responses(rng, n_out, n_in, n_lines):
     return complex_normal(rng, (n_out, n_in, 1)) + 0.3 * complex_normal(rng, (n_out, n_in, n_lines))
 
 
+@pytest.mark.filterwarnings("ignore::ibsdyn.RecordWarning")
 def test_nine_runs_of_six_inputs_give_the_exact_response_without_noise():
     rng = np.random.default_rng(1)
     harmonics = np.arange(5, 80)
@@ -328,6 +329,41 @@ def test_excited_lines_are_found_where_the_amplitude_varies_over_frequency():
     np.testing.assert_array_equal(np.rint(estimate.frequencies), harmonics)
 
 
+def _lines_found(amplitudes, noise=0.0, periods=2):
+    """Return the harmonics taken for excited of an input with these amplitudes {harmonic: amplitude}."""
+    rng = np.random.default_rng(15)
+    spectrum = np.zeros(2001, dtype=complex)
+    spectrum[list(amplitudes)] = list(amplitudes.values())
+    spectrum *= np.exp(2j * np.pi * rng.random(2001)) * 2000
+    x = np.tile(np.fft.irfft(spectrum, 4000), periods)
+    measured = x + noise * rng.standard_normal(x.shape)
+    record = ibs.TimeRecord([measured, 3 * x], ["u", "y"], ["N", "m"], 4000.0, period=4000)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ibs.RecordWarning)
+        return set(np.rint(ibs.estimate_frf(record, "u", "y").frequencies).astype(int))
+
+
+@pytest.mark.parametrize("periods", [1, 2])
+def test_distortions_of_the_shaker_beyond_its_band_are_no_excitation(periods):
+    band = dict.fromkeys(range(20, 400), 1.0)
+    assert _lines_found(band | dict.fromkeys(range(400, 1500), 0.005), periods=periods) == set(band)
+
+
+def test_noise_is_no_excitation():
+    band = dict.fromkeys(range(20, 400), 1.0)
+    assert _lines_found(band, noise=1.0, periods=4) == set(band)
+
+
+def test_bands_apart_and_logarithmic_lines_are_found():
+    two = dict.fromkeys([*range(20, 100), *range(900, 1000)], 1.0)
+    assert _lines_found(two) == set(two)
+    sparse = {int(k): 1.0 for k in np.geomspace(10, 1500, 12)}  # 37 % from one line to the next
+    assert _lines_found(sparse) == set(sparse)
+    dense = {int(k): float(k**2) for k in np.unique(np.geomspace(4, 1500, 120).astype(int))}
+    assert _lines_found(dense) == set(dense)
+
+
+@pytest.mark.filterwarnings("ignore::ibsdyn.RecordWarning")
 def test_only_the_last_whole_periods_count_and_transients_can_be_dropped():
     rng = np.random.default_rng(7)
     harmonics = np.arange(3, 60)
@@ -446,6 +482,7 @@ def test_too_little_data_has_no_region():
         estimate.magnitude_bounds()
 
 
+@pytest.mark.filterwarnings("ignore::ibsdyn.RecordWarning")
 def test_noise_passed_as_periodic_is_refused_and_a_drifting_clock_told():
     noise = noise_record(n=10_000)
     with pytest.raises(ibs.RecordError, match="no line that repeats itself every 1000 samples"):

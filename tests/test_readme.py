@@ -47,6 +47,19 @@ def test_the_page_on_reduction_runs_as_printed(tmp_path, monkeypatch, capsys):
     assert list((tmp_path / "reduced").iterdir())
 
 
+def test_the_page_on_the_experiment_runs_as_printed(tmp_path, monkeypatch, capsys):
+    text = (ROOT / "docs" / "experiment.md").read_text(encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    names = {}
+    for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
+        exec(compile(block, "experiment.md", "exec"), names)
+    printed = capsys.readouterr().out
+    for words in ("condition number 1)", "inside the 99 % region", "platform.rz acceleration", "'A z': 7 channels"):
+        assert words in printed, words
+    assert names["comparison"].total_share_inside > 0.97
+    assert (tmp_path / "y1_u6.png").stat().st_size > 10_000
+
+
 def test_links_and_pictures_exist():
     for page in (ROOT / "README.md", *(ROOT / "docs").glob("*.md")):
         for target in re.findall(r"\]\((?!http)([^)#]*)", page.read_text(encoding="utf-8")):

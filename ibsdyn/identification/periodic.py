@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.fft
-import scipy.ndimage
 from numpy.typing import NDArray
 
 from ibsdyn.axes import Array
@@ -15,15 +14,9 @@ from ibsdyn.errors import RecordError, RecordWarning
 from ibsdyn.identification.channels import Channels
 from ibsdyn.identification.cross_spectra import ComplexArray
 from ibsdyn.identification.estimators import ROUNDING, Regression, inverse_power, partial_coherence
+from ibsdyn.identification.excited_lines import excited_lines, harmonics_of
 from ibsdyn.identification.frf_estimate import DetectionLines
 
-# A line counts as excited when its amplitude is above this share of the largest within NEIGHBOURS lines of it ...
-EXCITED = 1e-2
-NEIGHBOURS = 8
-# ... and above this one of the largest of all, below which it is rounding, ...
-SILENT = 1e-9
-# ... and its power above so many times what scatters between periods: noise alone gets there once in 160 000 lines.
-ABOVE_NOISE = 12.0
 # Share of the inputs' power that may differ from period to period: above the first a warning, above the second none
 # of it is what the period says.
 SUSPICIOUS, NOT_PERIODIC = 0.1, 0.5
@@ -102,14 +95,14 @@ def periodic_estimate(
     scatter_of_inputs = _input_scatter(channels, runs, means)
     if frequencies is None:
         shrink = float(np.mean([1 / run.count for run in runs]))
-        excited = harmonics[usable & _excited(np.abs(spectra[:, :q]), scatter_of_inputs, shrink)]
+        excited = harmonics[usable & excited_lines(np.abs(spectra[:, :q]), scatter_of_inputs, shrink)]
         if len(excited) == 0:
             raise RecordError(
                 f"{channels.records[0].title}: the inputs show no line that repeats itself every {length} samples. "
                 'Check period and clocks, take method="welch" or "spectral", or name the lines (frequencies=[...]).'
             )
     else:
-        excited = _harmonics_of(frequencies, base, length)
+        excited = harmonics_of(frequencies, base, length)
     if scatter_of_inputs is not None:
         _check_strongest(
             channels, len(excited), np.mean(np.abs(spectra[:, :q]) ** 2, axis=0), scatter_of_inputs, length
@@ -224,38 +217,6 @@ def _input_scatter(channels: Channels, runs: list[_Periods], means: Array) -> Ar
             squares += np.abs(np.asarray(scipy.fft.rfft(deviation, axis=1)) * (2.0 / run.length)) ** 2
     squares[:, 0] = 0.0
     return squares / spare
-
-
-def _excited(amplitudes: Array, scatter: Array | None, shrink: float) -> NDArray[np.bool_]:
-    """Return which harmonics are excited in any input of any run.
-
-    Parameters
-    ----------
-    amplitudes : (runs, n_in, n_harmonics) of mean periods.
-    scatter : (n_in, n_harmonics) variance of single periods; None if it is not known.
-    shrink : variance of a mean period over that of a single one.
-    """
-    level = np.sqrt(np.mean(amplitudes**2, axis=0))
-    level[:, 0] = 0.0  # a sensor's offset is no excitation
-    nearby = scipy.ndimage.maximum_filter1d(level, 2 * NEIGHBOURS + 1, axis=1)
-    excited = (level > EXCITED * nearby) & (level > SILENT * level.max(axis=1, keepdims=True))
-    if scatter is not None:
-        # Over few periods single lines scatter little by chance; neighbours see the same noise.
-        noise = scipy.ndimage.uniform_filter1d(scatter, 2 * NEIGHBOURS + 1, axis=1, mode="nearest")
-        excited &= level**2 > ABOVE_NOISE * shrink * noise
-    return np.asarray(excited.any(axis=0))
-
-
-def _harmonics_of(frequencies: Array, base: float, length: int) -> NDArray[np.int64]:
-    multiples = frequencies / base
-    harmonics = np.rint(multiples).astype(np.int64)
-    wrong = (np.abs(multiples - harmonics) > 1e-3) | (harmonics < 1) | (2 * harmonics >= length)
-    if wrong.any():
-        raise RecordError(
-            f"{frequencies[wrong][0]:g} Hz is no line of this excitation: lines are multiples of {base:g} Hz up to "
-            f"below {0.5 * base * length:g} Hz."
-        )
-    return np.unique(harmonics)
 
 
 def _scatter(

@@ -56,7 +56,9 @@ def response_data(
             for i, signal in enumerate(own_inputs):
                 frf = _response(system, signal, sensor, frequencies)
                 if isinstance(frf, FrequencyResponse):
-                    curves.append({"label": label, "output": o, "input": i, **_curve(frf.frequencies, frf.response[0, 0])})
+                    curves.append(
+                        {"label": label, "output": o, "input": i, **_curve(frf.frequencies, frf.response[0, 0])}
+                    )
                 else:
                     lacking.append(f"{signal.name} → {sensor.name} ({frf})")
         if lacking:
@@ -97,9 +99,7 @@ def comparison_data(comparison: Comparison) -> dict[str, Any]:
     }
 
 
-def _response(
-    system: LinearSystem, signal: Input, sensor: Sensor, frequencies: Array
-) -> FrequencyResponse | str:
+def _response(system: LinearSystem, signal: Input, sensor: Sensor, frequencies: Array) -> FrequencyResponse | str:
     try:
         return system.frf(signal, sensor, frequencies)
     except IbsdynError as error:

@@ -1,0 +1,95 @@
+"""The linearised model: Exudyn's mass matrix and the Jacobians of its forces in the undeformed state."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import exudyn as exu
+import numpy as np
+
+from ibsdyn.assembly import Assembly
+from ibsdyn.axes import Array
+from ibsdyn.elastic_parts import damping_size, stiffness_size
+from ibsdyn.engine.translation import FlexibleMapping, Translation, checked_mapping, silent
+from ibsdyn.errors import EngineError
+
+# Jacobians of rigid models are symmetric to 1e-12; a floating frame's are differentiated numerically (1e-6).
+ASYMMETRY_LIMIT = {"small-deflection": 1e-9, "floating-frame": 1e-4}
+# Antisymmetric entries of C up to this rate [1/s] times the inertia, times the limit above, are rounding.
+GYROSCOPIC_RATE = 10.0
+
+
+@dataclass(frozen=True, eq=False)
+class FullMatrices:
+    """M, C, K over all coordinates of an assembly, base included, before any lock is applied.
+
+    K_size (N,) is the scale of K's rounding: its diagonal if nothing cancelled in it.
+    """
+
+    M: Array
+    C: Array
+    K: Array
+    K_size: Array
+
+
+def linearized_matrices(assembly: Assembly, flexible: FlexibleMapping = "small-deflection") -> FullMatrices:
+    """Return Exudyn's mass matrix and the Jacobians of its forces in the undeformed state.
+
+    Parameters
+    ----------
+    assembly : coordinates and joints; n coordinates.
+    flexible : "small-deflection" (reduced matrices as they are) or "floating-frame" (large rigid motion of
+        flexible bodies, the form that nonlinear simulations need; linearised it is the same).
+
+    Returns
+    -------
+    FullMatrices of (n, n) arrays: M [kg, kg m, kg m²], C and K of the finite springs and dampers [SI].
+
+    Raises
+    ------
+    ModelError : unknown ``flexible``, or a flexible body without what a floating frame needs.
+    EngineError : Exudyn refuses the model or its Jacobians are unsymmetric or not finite.
+    """
+    checked_mapping(flexible)
+    with silent():
+        try:
+            raw, to_raw = _exudyn_matrices(assembly, flexible)
+        except (exu.ExudynError, RuntimeError) as error:
+            raise EngineError(f"Exudyn refused the model: {error}") from error
+    M, K, C = (to_raw.T @ matrix @ to_raw for matrix in raw)
+    limit = ASYMMETRY_LIMIT[flexible]
+    K_size = stiffness_size(assembly)
+    return FullMatrices(
+        M=_symmetric(M, "M", limit, np.abs(np.diag(M))),
+        # Exudyn finds the velocity Jacobian of the gyroscopic terms by differences, about 1e-10 rad/s beside rest.
+        C=_symmetric(C, "C", limit, damping_size(assembly) + GYROSCOPIC_RATE * np.abs(np.diag(M))),
+        K=_symmetric(K, "K", limit, K_size),
+        K_size=K_size,
+    )
+
+
+def _symmetric(matrix: Array, letter: str, limit: float, size: Array) -> Array:
+    """Return the symmetric part after checking that nothing but rounding is lost.
+
+    Parameters
+    ----------
+    size : (N,) scale of each diagonal entry before anything cancels in it.
+    """
+    asymmetry = np.abs(matrix - matrix.T)
+    if not np.isfinite(matrix).all() or (asymmetry > limit * np.sqrt(np.outer(size, size))).any():
+        raise EngineError(
+            f"Exudyn's {letter} is unsymmetric (by up to {asymmetry.max():.2g}) or not finite; please report the model."
+        )
+    symmetric: Array = 0.5 * (matrix + matrix.T)
+    return symmetric
+
+
+def _exudyn_matrices(assembly: Assembly, flexible: FlexibleMapping) -> tuple[list[Array], Array]:
+    container = exu.SystemContainer()
+    translation = Translation(assembly, container.AddSystem(), flexible)
+    translation.mbs.Assemble()
+    settings = exu.SimulationSettings()
+    # Dense Jacobians of 500 bodies take minutes, sparse ones a fraction of a second; the numbers are the same.
+    settings.linearSolver.solverType = exu.LinearSolverType.EigenSparse
+    raw = translation.mbs.ComputeLinearizedSystem(simulationSettings=settings)[:3]
+    return [np.asarray(m, dtype=float) for m in raw], translation.to_raw()

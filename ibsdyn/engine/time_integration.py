@@ -1,0 +1,431 @@
+"""The nonlinear model integrated in time by Exudyn's generalised-alpha method with a constant step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import exudyn as exu
+import exudyn.itemInterface as eii  # noqa: N813  # Exudyn's own abbreviation
+import numpy as np
+
+from ibsdyn.assembly import Assembly, Joint
+from ibsdyn.axes import Array, is_rotation
+from ibsdyn.components import FlexibleBody, Inertia1D, RigidBody
+from ibsdyn.engine.translation import FlexibleMapping, Translation, checked_mapping, silent
+from ibsdyn.errors import SimulationError
+from ibsdyn.generalized_alpha import SPECTRAL_RADIUS
+from ibsdyn.signals import Force, Stroke, Torque, load_column
+
+# Newton's iteration in a step ends at this share of the step's first residual: looser, the errors of a large rotation
+# add up (1e-5 gave 1e-4 rad in three swings). It also ends at an unbalanced force that the caller derives from
+# rounding: with Exudyn's fixed one small motions halve the step in silence, or pass for no motion at all.
+RELATIVE_TOLERANCE = 1e-9
+# How often a run is looked after.
+REPORTS = 200
+# Dense factors of more coordinates than this cost more than sparse ones.
+SPARSE_SIZE = 150
+# A coordinate beyond this [m, rad] is a run that diverges; no machine of this toolbox is a kilometre long.
+BLOW_UP = 1e3
+
+Setter = Callable[[float], None]
+
+
+@dataclass(frozen=True, eq=False)
+class BaseDrive:
+    """The displacement of one coordinate of a fixation over the steps.
+
+    Attributes
+    ----------
+    fixation, coordinate : its name, and which of its coordinates (in a 1-D model 0).
+    values : (n,) at the steps 0, 1, ... [m or rad]; after the last one it begins again.
+    """
+
+    fixation: str
+    coordinate: int
+    values: Array
+
+
+@dataclass(frozen=True, eq=False)
+class LoadDrive:
+    """A force, a torque or a stroke over the steps.
+
+    Attributes
+    ----------
+    signal : where it acts.
+    values : (n,) at the steps 0, 1, ... [its unit]; after the last one it begins again.
+    """
+
+    signal: Force | Torque | Stroke
+    values: Array
+
+
+@dataclass(frozen=True, eq=False)
+class StartState:
+    """Displacements, velocities and accelerations of all coordinates of an assembly at step 0, each (N,)."""
+
+    displacement: Array
+    velocity: Array
+    acceleration: Array
+
+
+@dataclass(frozen=True, eq=False)
+class TimeIntegration:
+    """A model that is ready to run.
+
+    Attributes
+    ----------
+    assembly : coordinates and joints.
+    flexible : how flexible bodies are represented.
+    damping : (N, N) viscous matrix over all coordinates, beyond the explicit dampers.
+    gravity : (3,) acceleration of gravity [m/s²].
+    drives : what moves it.
+    recorded : items whose coordinates are kept: a rigid body, a fixation, a flexible body; an interface in small
+        deflection.
+    """
+
+    assembly: Assembly
+    flexible: FlexibleMapping
+    damping: Array
+    gravity: Array
+    drives: Sequence[BaseDrive | LoadDrive]
+    recorded: Sequence[str]
+
+    def run(
+        self,
+        start: StartState,
+        step: float,
+        steps_per_sample: int,
+        n_samples: int,
+        tolerance: float,
+        report: Callable[[int], None],
+    ) -> dict[str, Array]:
+        """Integrate, from the static equilibrium under gravity displaced by a start state.
+
+        Parameters
+        ----------
+        step : [s].
+        steps_per_sample, n_samples : the first sample is the start state itself.
+        tolerance : unbalanced force that a step may leave [N, N·m].
+        report : called now and then with the number of steps made.
+
+        Returns
+        -------
+        By recorded item (3, n_samples, n): its coordinates and their first and second time derivatives. Six (x, y, z
+        and the angles of R = Rx Ry Rz) of what is rigid; of a flexible body in small deflection those of its reduced
+        matrices; in a floating frame position and Euler parameters of the frame and deformations, all minus their
+        values in the undeformed state.
+
+        Raises
+        ------
+        ModelError : a flexible body that cannot have a floating frame.
+        SimulationError : the run stalls or diverges.
+        EngineError : Exudyn refuses the model.
+        """
+        checked_mapping(self.flexible)
+        with silent():
+            run = _Run(self)
+            run.set_start(start)
+            run.integrate(step, steps_per_sample, n_samples, tolerance, report)
+            return {name: run.coordinates(name, n_samples) for name in self.recorded}
+
+
+class _Run:
+    """One Exudyn system, from its translation to the coordinates that come out."""
+
+    def __init__(self, task: TimeIntegration) -> None:
+        self.task = task
+        self.assembly = task.assembly
+        self.container = exu.SystemContainer()
+        self.mbs = self.container.AddSystem()
+        points = [
+            (drive.signal.item, self._point(drive.signal)) for drive in task.drives if isinstance(drive, LoadDrive)
+        ]
+        self.system = Translation(self.assembly, self.mbs, task.flexible, points)
+        self.base = self._hold_fixations()
+        for joint in self.assembly.joints:
+            if joint.locks.size:
+                self._add_lock(joint)
+        self._add_damping()
+        self._add_gravity()
+        self.setters = [(self._setter(drive), drive.values) for drive in task.drives]
+        self.sensors: dict[int, list[int]] = {}
+        for name in task.recorded:
+            for node in self._nodes_of(name):
+                if node not in self.sensors:
+                    self.sensors[node] = self._add_sensors(node)
+        self.mbs.Assemble()
+
+    def _point(self, signal: Force | Torque | Stroke) -> Array:
+        if isinstance(signal, Force) and signal.position is not None:
+            return np.array(signal.position)
+        return self.assembly.frames.get(signal.item, np.zeros(3))
+
+    # -- what acts besides springs
+
+    def _hold_fixations(self) -> dict[tuple[str, int], int]:
+        """Return the constraint of each coordinate of each fixation."""
+        held = {}
+        if self.assembly.fixations:
+            ground = self.mbs.AddNode(eii.NodePointGround())
+            still = self.system.coordinate_marker(ground, 0)
+        for fixation in self.assembly.fixations:
+            for coordinate in range(len(self.assembly.directions)):
+                moved = self.system.coordinate_marker(self.system.nodes[fixation.name], coordinate)
+                held[fixation.name, coordinate] = self.mbs.AddObject(
+                    eii.ObjectConnectorCoordinate(markerNumbers=[still, moved])
+                )
+        return held
+
+    def _add_lock(self, joint: Joint) -> None:
+        markers = self.system.joint_markers(joint)
+        if self.assembly.axis is not None:
+            self.mbs.AddObject(eii.ObjectConnectorCoordinate(markerNumbers=markers))
+            return
+        axes = joint.connection.axes_matrix
+        self.mbs.AddObject(
+            eii.ObjectJointGeneric(
+                markerNumbers=markers,
+                constrainedAxes=[int(locked) for locked in joint.connection.locked],
+                rotationMarker0=axes,
+                rotationMarker1=axes,
+            )
+        )
+
+    def _add_damping(self) -> None:
+        if self.task.damping.any():
+            nodes, from_nodes = self.system.from_nodes(list(self.assembly.items))
+            self.mbs.AddObject(
+                eii.ObjectGenericODE2(nodeNumbers=nodes, dampingMatrix=from_nodes.T @ self.task.damping @ from_nodes)
+            )
+
+    def _add_gravity(self) -> None:
+        gravity = self.task.gravity
+        if not gravity.any():
+            return
+        for body in self.assembly.bodies:
+            if isinstance(body, Inertia1D):
+                assert self.assembly.axis is not None
+                if not is_rotation(self.assembly.axis):
+                    marker = self.system.coordinate_marker(self.system.nodes[body.name], 0)
+                    pull = body.inertia * gravity["xyz".index(self.assembly.axis)]
+                    self.mbs.AddLoad(eii.LoadCoordinate(markerNumber=marker, load=pull))
+            elif isinstance(body, FlexibleBody) and self.task.flexible == "small-deflection":
+                reduced = body.reduced
+                vector = reduced.M @ reduced.rigid_body_motion[:, :3] @ gravity
+                self._set_force_vector(body, 0.0, np.zeros_like(vector), vector)
+            elif isinstance(body, (RigidBody, FlexibleBody)):
+                mass = self.mbs.AddMarker(eii.MarkerBodyMass(bodyNumber=self.system.objects[body.name]))
+                self.mbs.AddLoad(eii.LoadMassProportional(markerNumber=mass, loadVector=gravity))
+
+    # -- drives
+
+    def _setter(self, drive: BaseDrive | LoadDrive) -> Setter:
+        """Return the function that sets a drive to a value."""
+        if isinstance(drive, BaseDrive):
+            return self._parameter(self.base[drive.fixation, drive.coordinate], "offset", None)
+        signal = drive.signal
+        if isinstance(signal, Stroke):
+            vector = None if self.assembly.axis is not None else self._stroke_vector(signal)
+            return self._parameter(self.system.springs[signal.item], "offset", vector)
+        if self.assembly.axis is not None:
+            marker = self.system.coordinate_marker(self.system.nodes[signal.item], 0)
+            return self._load(self.mbs.AddLoad(eii.LoadCoordinate(markerNumber=marker, load=0.0)), "load", None)
+        body = self.assembly.items.get(signal.item)
+        if isinstance(body, FlexibleBody):
+            return self._whole_body_load(body, load_column(signal, self.assembly)[self.assembly.places[body.name]])
+        marker = self.system.marker(signal.item, self._point(signal))
+        kind = eii.LoadForceVector if isinstance(signal, Force) else eii.LoadTorqueVector
+        return self._load(self.mbs.AddLoad(kind(markerNumber=marker)), "loadVector", signal.vector)
+
+    def _stroke_vector(self, signal: Stroke) -> Array:
+        joint = next(joint for joint in self.assembly.joints if joint.name == signal.item)
+        return signal.six_vector(joint)
+
+    def _parameter(self, item: int, parameter: str, vector: Array | None) -> Setter:
+        set_parameter = self.mbs.SetObjectParameter
+        if vector is None:
+            return lambda value: set_parameter(item, parameter, value)
+        return lambda value: set_parameter(item, parameter, value * vector)
+
+    def _load(self, load: int, parameter: str, vector: Array | None) -> Setter:
+        set_parameter = self.mbs.SetLoadParameter
+        if vector is None:
+            return lambda value: set_parameter(load, parameter, value)
+        return lambda value: set_parameter(load, parameter, value * vector)
+
+    def _whole_body_load(self, body: FlexibleBody, column: Array) -> Setter:
+        """A load on all of a flexible body's mass; in a floating frame linear in its rotation."""
+        if self.task.flexible == "small-deflection":
+            vector = body.reduced.M @ body.reduced.rigid_body_motion[:, :3] @ self.task.gravity
+            return lambda value: self._set_force_vector(body, value, column, vector)
+        nodes, from_nodes = self.system.from_nodes([body.name])
+        raw = from_nodes[self.assembly.places[body.name]].T @ column
+        item = self.mbs.AddObject(eii.ObjectGenericODE2(nodeNumbers=nodes, forceVector=np.zeros(len(raw))))
+        return self._parameter(item, "forceVector", raw)
+
+    def _set_force_vector(self, body: FlexibleBody, value: float, column: Array, constant: Array) -> None:
+        order = self.system.orders[body.name]
+        self.mbs.SetObjectParameter(
+            self.system.objects[body.name], "forceVector", constant[order] + value * column[order]
+        )
+
+    # -- start
+
+    def set_start(self, start: StartState) -> None:
+        """Set the initial values: static equilibrium plus a small displacement, velocities, accelerations."""
+        data, initial = self.mbs.systemData, exu.ConfigurationType.Initial
+        to_raw = self.system.to_raw()
+        displacement, velocity, acceleration = (
+            to_raw @ part for part in (start.displacement, start.velocity, start.acceleration)
+        )
+        if self.task.gravity.any():
+            displacement = displacement + self._static_equilibrium()
+        for rows in self.system.euler_parameter_rows():
+            self._normalise(rows, displacement, velocity, acceleration)
+        data.SetODE2Coordinates(displacement.tolist(), initial)
+        data.SetODE2Coordinates_t(velocity.tolist(), initial)
+        data.SetODE2Coordinates_tt(acceleration.tolist(), initial)
+
+    def _static_equilibrium(self) -> Array:
+        settings = exu.SimulationSettings()
+        settings.solution.file.write = False
+        settings.staticSolver.verboseMode = 0
+        settings.linearSolver.solverType = exu.LinearSolverType.EigenSparse
+        try:
+            done = self.mbs.SolveStatic(settings)
+        except (exu.ExudynError, RuntimeError, ValueError, SystemError) as error:
+            raise SimulationError(f"no static equilibrium under gravity {self.task.gravity} m/s²: {error}") from error
+        found = np.array(self.mbs.systemData.GetODE2Coordinates())
+        if not done or not np.isfinite(found).all() or np.abs(found).max(initial=0.0) > BLOW_UP:
+            raise SimulationError(
+                f"no static equilibrium under gravity {self.task.gravity.tolist()} m/s²: does a connection carry every "
+                "body in every direction, and stiffly enough?"
+            )
+        return found
+
+    @staticmethod
+    def _normalise(rows: Sequence[int], displacement: Array, velocity: Array, acceleration: Array) -> None:
+        """Give Euler parameters unit length and the derivatives that keep it."""
+        first, rest = rows[0], list(rows[1:])
+        vector = displacement[rest]
+        scalar = np.sqrt(1.0 - vector @ vector)
+        displacement[first] = -(vector @ vector) / (1.0 + scalar)  # scalar - 1 without cancellation
+        velocity[first] = -(vector @ velocity[rest]) / scalar
+        spin = velocity[rest] @ velocity[rest] + velocity[first] ** 2
+        acceleration[first] = -(vector @ acceleration[rest] + spin) / scalar
+
+    # -- run
+
+    def integrate(
+        self, step: float, steps_per_sample: int, n_samples: int, tolerance: float, report: Callable[[int], None]
+    ) -> None:
+        """Make all steps; raise where Exudyn does not."""
+        n_steps = steps_per_sample * (n_samples - 1)
+        if n_steps == 0:
+            raise SimulationError("the run has one sample only; ask for a longer duration.")
+        settings = exu.SimulationSettings()
+        integration = settings.timeIntegration
+        integration.numberOfSteps = n_steps
+        integration.endTime = n_steps * step
+        integration.adaptiveStep = False
+        integration.newton.relativeTolerance = RELATIVE_TOLERANCE
+        integration.newton.absoluteTolerance = tolerance
+        integration.generalizedAlpha.spectralRadius = SPECTRAL_RADIUS
+        integration.generalizedAlpha.computeInitialAccelerations = False  # they are the start state's
+        integration.verboseMode = 0
+        settings.solution.file.write = False
+        settings.solution.sensors.writePeriod = steps_per_sample * step
+        if self.mbs.systemData.ODE2Size() > SPARSE_SIZE:
+            settings.linearSolver.solverType = exu.LinearSolverType.EigenSparse
+        made = 0
+        setters = [(setter, values, len(values)) for setter, values in self.setters]
+        every = max(1, n_steps // REPORTS)
+        trouble: list[BaseException] = []
+
+        def before_step(mbs: Any, time: float) -> bool:
+            nonlocal made
+            made += 1
+            for setter, values, length in setters:
+                setter(values[made % length])
+            if made % every == 0:
+                try:
+                    self._look_after(made, step, time)
+                    report(made)
+                except BaseException as error:
+                    trouble.append(error)  # Exudyn would turn it into an error of its own
+                    return False
+            return True
+
+        self.mbs.SetPreStepUserFunction(before_step)
+        failure = ""
+        try:
+            if not self.mbs.SolveDynamic(settings, solverType=exu.DynamicSolverType.GeneralizedAlpha):
+                failure = "the solver gave up"
+        except (exu.ExudynError, RuntimeError, ValueError, SystemError) as error:
+            failure = str(error).strip().splitlines()[0] if str(error).strip() else "the solver gave up"
+        if trouble:
+            raise trouble[0]
+        if failure or made != n_steps:
+            raise SimulationError(
+                f"the run stopped at {made * step:.6g} s of {n_steps * step:.6g} s, in step {made} of {n_steps}: "
+                f"Newton's iteration found no equilibrium there ({failure or 'steps are missing'}). Likely causes: an "
+                "excitation that is far too large for the model, a rotation near 90° about y, a mechanism without "
+                "stiffness, or a step that is too long; try a smaller amplitude or more steps_per_sample."
+            )
+
+    def _look_after(self, made: int, step: float, time: float) -> None:
+        if abs(time - made * step) > 0.5 * step:
+            raise SimulationError(
+                f"Exudyn changed the step: it is at {time:.9g} s where step {made} ends at {made * step:.9g} s; please "
+                "report the model."
+            )
+        coordinates = self.mbs.systemData.GetODE2Coordinates()
+        largest = np.abs(coordinates).max(initial=0.0)
+        if not largest < BLOW_UP:
+            raise SimulationError(
+                f"the run diverges: at {time:.6g} s a coordinate has reached {largest:.3g} m or rad. Likely causes: an "
+                "excitation that is far too large, a body that nothing holds, a step that is too long for the "
+                "stiffness; try a smaller amplitude or more steps_per_sample."
+            )
+
+    # -- what comes out
+
+    def _nodes_of(self, name: str) -> list[int]:
+        return [self.system.nodes[name]] if "." in name else self.system.item_nodes(name)
+
+    def _add_sensors(self, node: int) -> list[int]:
+        kinds = (
+            exu.OutputVariableType.Coordinates,
+            exu.OutputVariableType.Coordinates_t,
+            exu.OutputVariableType.Coordinates_tt,
+        )
+        return [
+            self.mbs.AddSensor(
+                eii.SensorNode(nodeNumber=node, outputVariableType=kind, storeInternal=True, writeToFile=False)
+            )
+            for kind in kinds
+        ]
+
+    def coordinates(self, name: str, n_samples: int) -> Array:
+        """Return an item's coordinates; see ``TimeIntegration.run``."""
+        stored = np.concatenate([self._stored(node, n_samples) for node in self._nodes_of(name)], axis=2)
+        if not np.isfinite(stored).all():
+            first = int(np.flatnonzero(~np.isfinite(stored).all(axis=(0, 2)))[0])
+            raise SimulationError(f"the run gave values that are not finite from sample {first} on, at {name!r}.")
+        if name in self.system.orders:
+            ordered = np.empty_like(stored)
+            ordered[:, :, self.system.orders[name]] = stored
+            return ordered
+        return stored
+
+    def _stored(self, node: int, n_samples: int) -> Array:
+        stored = np.stack(
+            [np.asarray(self.mbs.GetSensorStoredData(sensor), dtype=float)[:, 1:] for sensor in self.sensors[node]]
+        )
+        if stored.shape[1] != n_samples:
+            raise SimulationError(
+                f"Exudyn kept {stored.shape[1]} samples where {n_samples} were asked for; please report the model."
+            )
+        return stored

@@ -1,0 +1,121 @@
+"""Arrays by name, as MAT, NPZ and HDF5 files hold them, taken apart into columns."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ibsdyn.axes import Array
+from ibsdyn.errors import RecordError
+from ibsdyn.records.columns import Columns, different
+from ibsdyn.records.sampling import rate_of_time
+
+_RATES = ("fs", "sample_rate", "samplerate", "sampling_rate", "sampling_frequency", "sample_frequency")
+_STEPS = ("dt", "sample_interval", "sampling_interval", "time_step")
+_STARTS = ("start", "t0")
+_TIMES = ("t", "time", "times")
+_LABELS, _UNITS = "names", "units"
+
+
+def columns_of_arrays(
+    arrays: Mapping[str, NDArray[Any]],
+    source: str,
+    time: str | bool | None = None,
+    units: Mapping[str, str] | None = None,
+    rates: Mapping[str, float] | None = None,
+) -> Columns:
+    """Return every vector and every row of a matrix (its long side is time) as a column.
+
+    Parameters
+    ----------
+    arrays : by name; scalars called fs, sample_rate or dt are the rate, a vector called t or time is the time, texts
+        called names and units belong to the rows of the matrix. Matrix rows are called ``data[0]``, ``data[1]`` ...
+    source : the file's name.
+    time : name of the vector of times; False where there is none in spite of its name.
+    units, rates : what the file says of an array by its name.
+
+    Raises
+    ------
+    RecordError : nothing but scalars, a time vector that does not fit, complex numbers.
+    """
+    scalars = {
+        name.casefold(): float(np.real(array).item())
+        for name, array in arrays.items()
+        if array.size == 1 and array.dtype.kind in "iufb"
+    }
+    texts = {
+        name.casefold(): [str(text) for text in array.ravel()] for name, array in arrays.items() if _is_text(array)
+    }
+    vectors = {name: array for name, array in arrays.items() if array.size > 1 and array.dtype.kind in "iufbc"}
+    clock = _time_name(vectors, time, source)
+    sample_rate, start = _first(scalars, _RATES), _first(scalars, _STARTS) or 0.0
+    step = _first(scalars, _STEPS)
+    if sample_rate is None and step:
+        sample_rate = 1.0 / step
+    if clock is not None:
+        sample_rate, start = rate_of_time(
+            np.asarray(vectors.pop(clock), dtype=np.float64).ravel(), f"{source}, {clock}"
+        )
+    labels: list[str] = []
+    values: list[Array] = []
+    said: list[str | None] = []
+    own_rates: list[float | None] = []
+    matrices = sum(min(array.shape) > 1 for array in vectors.values())
+    for name, array in vectors.items():
+        rows = _rows(array, f"{source}, {name}")
+        named = texts.get(_LABELS, []) if len(rows) > 1 and matrices == 1 else []
+        if len(named) == len(rows):
+            labels += named
+        else:
+            labels += [f"{name}[{row}]" for row in range(len(rows))] if len(rows) > 1 else [name]
+        united = texts.get(_UNITS, []) if len(named) == len(rows) else []
+        own_unit = (units or {}).get(name)
+        said += united if len(united) == len(rows) else [own_unit] * len(rows)
+        own_rates += [(rates or {}).get(name, sample_rate)] * len(rows)
+        values += list(rows)
+    if not values:
+        raise RecordError(f"{source} holds no array of samples; it holds {', '.join(arrays) or 'nothing'}.")
+    return Columns(
+        source=source,
+        labels=different(labels),
+        values=tuple(values),
+        units=tuple(said),
+        sample_rates=tuple(own_rates),
+        starts=(start,) * len(values),
+    )
+
+
+def _is_text(array: NDArray[Any]) -> bool:
+    return array.dtype.kind == "U"
+
+
+def _first(scalars: Mapping[str, float], names: tuple[str, ...]) -> float | None:
+    return next((scalars[name] for name in names if name in scalars), None)
+
+
+def _time_name(vectors: Mapping[str, NDArray[Any]], time: str | bool | None, source: str) -> str | None:
+    if time is False:
+        return None
+    if isinstance(time, str):
+        if time not in vectors:
+            raise RecordError(f"{source} has no array {time!r} of times; it has {', '.join(vectors) or 'none'}.")
+        return time
+    return next(
+        (name for name, array in vectors.items() if name.casefold() in _TIMES and max(array.shape) == array.size), None
+    )
+
+
+def _rows(array: NDArray[Any], what: str) -> Array:
+    """Return channels as rows of float64."""
+    if array.dtype.kind == "c":
+        raise RecordError(f"{what} is complex; a time record is real. Is it a spectrum?")
+    squeezed = np.squeeze(array)
+    if squeezed.ndim > 2:
+        raise RecordError(f"{what} has the shape {array.shape}; a record has channels and samples only.")
+    rows = np.atleast_2d(squeezed)
+    if rows.shape[0] > rows.shape[1]:
+        rows = rows.T
+    return np.ascontiguousarray(rows, dtype=np.float64)
