@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-import warnings
+import os
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, TypeVar
@@ -26,13 +26,14 @@ from ibsdyn.components import (
     stiffness_values,
 )
 from ibsdyn.engine import FlexibleMapping
-from ibsdyn.errors import ModelError, ModelWarning, UnknownNameError, known_keywords, nearest
+from ibsdyn.errors import ModelError, UnknownNameError, known_keywords, nearest, warn_user
 from ibsdyn.linear_system import LinearSystem, linearize
 from ibsdyn.model_check import HIGH_ZETA, findings, high_zeta_words, signal_findings
 from ibsdyn.model_table import component_table
 from ibsdyn.parameters import changed_components, model_parameters
-from ibsdyn.registered import Disturbance, Registered, Requirement, RequirementResult
+from ibsdyn.registered import Disturbance, Registered
 from ibsdyn.replacement import replaced_connections
+from ibsdyn.requirement import Requirement, RequirementResult
 from ibsdyn.signals import Input, Sensor, checked_inputs, checked_outputs
 from ibsdyn.simulation import Excitations, simulate
 from ibsdyn.time_record import TimeRecord
@@ -132,6 +133,43 @@ class Model:
         )
 
     __hash__ = None  # type: ignore[assignment]  # how Python says that what can change has no hash
+
+    # -- as a file
+
+    @classmethod
+    @known_keywords
+    def from_toml(cls, path: str | os.PathLike[str], allow_outside: bool = False) -> Model:
+        """Read a model file.
+
+        Parameters
+        ----------
+        path : of the TOML file; docs/model_file.md says what can stand in it.
+        allow_outside : let its paths lead out of its folder; only for files that you trust.
+
+        Raises
+        ------
+        MissingFileError : it is not there.
+        ModelFileError : what is wrong with it; the message has file, table and key.
+        """
+        from ibsdyn.model_files import read_model  # here: the reader needs this class
+
+        return read_model(path, allow_outside)
+
+    @known_keywords
+    def to_toml(self, path: str | os.PathLike[str]) -> None:
+        """Write the model as a file that ``from_toml`` reads back to an equal model, whole or not at all.
+
+        Parameters
+        ----------
+        path : of the TOML file. Flexible bodies are written beside it as .npz, named by their content.
+
+        Raises
+        ------
+        ModelFileError : the file cannot be written, or a requirement has a quantity of the user's own.
+        """
+        from ibsdyn.model_files import write_model  # here: the writer needs this class
+
+        write_model(self, path)
 
     # -- components
 
@@ -433,11 +471,7 @@ class Model:
         _warn_zeta(body.zeta, f"flexible body {name!r}")
         for part in named:
             if self._connections[part].damping is not None:
-                warnings.warn(
-                    f"{what}: the explicit damping of connection {part!r} goes with it; give zeta= for the part.",
-                    ModelWarning,
-                    stacklevel=3,
-                )
+                warn_user(f"{what}: the explicit damping of connection {part!r} goes with it; give zeta= for the part.")
         # Nothing has been touched so far; from here nothing can fail.
         items: dict[str, Item] = {}
         for key, item in self._items.items():
@@ -666,8 +700,4 @@ def _body(address: str) -> str:
 
 def _warn_zeta(zeta: float, what: str) -> None:
     if zeta > HIGH_ZETA:
-        warnings.warn(
-            f"{what}: {high_zeta_words(zeta)}",
-            ModelWarning,
-            stacklevel=4,
-        )
+        warn_user(f"{what}: {high_zeta_words(zeta)}")

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Protocol, runtime_checkable
 
-from ibsdyn.linear_system import LinearSystem
-
 
 class Registered(Protocol):
     """Anything with a name."""
@@ -22,19 +20,3 @@ class Disturbance(Registered, Protocol):
     @property
     def psd(self) -> object:
         """Its one-sided density."""
-
-
-class RequirementResult(Registered, Protocol):
-    """Whether a requirement is met."""
-
-    @property
-    def met(self) -> bool:
-        """Whether it is met."""
-
-
-@runtime_checkable
-class Requirement(Registered, Protocol):
-    """A quantity and its limit."""
-
-    def check(self, system: LinearSystem) -> RequirementResult:
-        """Tell whether a system meets it."""

@@ -15,6 +15,8 @@ from ibsdyn.errors import ModelError, UnknownNameError, known_keywords, nearest
 from ibsdyn.validation import numbers_of, point
 
 QUANTITIES = ("displacement", "velocity", "acceleration")
+# A vector that has been divided by its length has length 1 within this.
+UNIT_ROUNDING = 1e-15
 _PER_TIME = ("", "/s", "/s²")
 
 Direction = str | Sequence[float]
@@ -411,7 +413,9 @@ def _direction(value: Direction, what: str, known: tuple[str, ...], hint: str) -
     length = float(np.linalg.norm(vector))
     if not np.isfinite(length) or length == 0.0:
         raise ModelError(f"{what}: direction must be a finite vector that is not zero, got {value!r}.")
-    x, y, z = (float(v) for v in vector / length)
+    if abs(length - 1.0) > UNIT_ROUNDING:  # what has length 1 stays as it is, to the last digit
+        vector = vector / length
+    x, y, z = (float(v) for v in vector)
     return x, y, z
 
 

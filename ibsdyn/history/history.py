@@ -103,7 +103,7 @@ class History:
 
         Warns
         -----
-        HistoryWarning : the model has no requirements, a requirement has no value, or the model cannot be rebuilt later.
+        HistoryWarning : no requirements, a requirement without a value, or a model that cannot be rebuilt later.
         """
         for value, what in ((note, "note"), (revision, "revision"), (fidelity, "fidelity")):
             if not isinstance(value, str) and not (value is None and what != "note"):

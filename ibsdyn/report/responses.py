@@ -10,7 +10,7 @@ import numpy as np
 from ibsdyn.axes import Array
 from ibsdyn.comparison import Comparison
 from ibsdyn.errors import IbsdynError
-from ibsdyn.frequency_response import FrequencyResponse
+from ibsdyn.frequency_response import FrequencyResponse, unit_ratio
 from ibsdyn.identification.frf_estimate import FrfEstimate
 from ibsdyn.linear_system import LinearSystem
 from ibsdyn.model import Model
@@ -126,8 +126,6 @@ def _curve(frequencies: Array, response: Array | np.ndarray) -> dict[str, Any]:
 
 
 def _unit(sensor: Sensor, signal: Input) -> str:
-    from ibsdyn.frequency_response import unit_ratio
-
     return unit_ratio(sensor.unit, signal.unit)
 
 
