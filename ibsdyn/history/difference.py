@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 # What the same model gives again, on another machine or with another version, agrees to this share.
 SAME = 1e-6
+NO_EFFECT = 1e-10
 
 
 @dataclass(frozen=True)
@@ -121,7 +122,11 @@ class Difference:
         lines = [f"{self.before.name} ({self.before.fidelity}) -> {self.after.name} ({self.after.fidelity})"]
         lines += [f"  {change}" for change in self.changed]
         for words, found in (("new", self.appeared), ("gone", self.vanished)):
-            lines += [f"  {words}: {address} = {value:.6g}" for address, value in found.items()]
+            names = [address.split(".", 1)[0] for address in found]
+            for name in dict.fromkeys(names):
+                entries = [address.split(".", 1)[1] for address in found if address.split(".", 1)[0] == name]
+                more = f" and {len(entries) - 4} more" if len(entries) > 5 else ""
+                lines.append(f"  {words}: {name} ({', '.join(entries[:4] if more else entries)}{more})")
         if len(lines) == 1:
             lines.append("  no parameter changed")
         lines += ["", *(str(effect) for effect in self.effects)]
@@ -214,7 +219,9 @@ def _contributions(
                 values = {}
                 notes.append(f"{change.address} cannot change alone: {error}")
             for name, value in reference.items():
-                found[name][change.address] = values.get(name, math.nan) - value
+                by_itself = values.get(name, math.nan) - value
+                # What is left of rounding is no effect.
+                found[name][change.address] = 0.0 if abs(by_itself) < NO_EFFECT * abs(value) else by_itself
     return found, notes
 
 

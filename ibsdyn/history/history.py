@@ -207,7 +207,7 @@ class History:
         """
         from ibsdyn.plotting.history import plot_history
 
-        return plot_history(self.revisions, axes, str(self.path))
+        return plot_history(self.revisions, axes, self.path.name)
 
 
 def _results(model: Model) -> tuple[RecordedResult, ...]:

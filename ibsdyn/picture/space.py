@@ -129,17 +129,32 @@ def _spring(assembly: Assembly, joint: Joint, size: float) -> Shape:
 
 
 def _ground(assembly: Assembly, fixation: Fixation, size: float) -> Shape:
-    """A pyramid on a hatched square below the point that is held."""
+    """A pyramid on a hatched square behind the point that is held, on the side where the machine is not."""
     corners = np.array([(-1, -1, -1.6), (1, -1, -1.6), (1, 1, -1.6), (-1, 1, -1.6)], dtype=float)
     feet = np.linspace(-1, 1, 5)
     hatch = np.array([[(f, side, -1.6), (f - 0.35, side, -2.1)] for side in (-1, 1) for f in feet])
-    points = np.array(fixation.position) + size * np.vstack([np.zeros((1, 3)), corners, hatch.reshape(-1, 3)])
+    points = size * np.vstack([np.zeros((1, 3)), corners, hatch.reshape(-1, 3)]) @ _away(assembly, fixation).T
+    points = np.array(fixation.position) + points
     faces = np.array([(0, 1, 2), (0, 2, 3), (0, 3, 4), (0, 4, 1), (1, 3, 2), (1, 4, 3)])
     outline = [(0, 1), (0, 2), (0, 3), (0, 4), (1, 2), (2, 3), (3, 4), (4, 1)]
     strokes = [(5 + 2 * i, 6 + 2 * i) for i in range(2 * len(feet))]
     place = assembly.places[fixation.name]
     rows = point_rows(assembly, fixation.name, points)[:, place]
     return Shape(fixation.name, "fixation", points, place, rows, faces, np.array(outline + strokes))
+
+
+def _away(assembly: Assembly, fixation: Fixation) -> Array:
+    """Return the rotation whose z axis is the global axis that points most from the fixation to the bodies."""
+    centre = np.mean([assembly.frames[body.name] for body in assembly.bodies], axis=0)
+    towards = centre - np.array(fixation.position)
+    if np.linalg.norm(towards) == 0:
+        return np.eye(3)
+    main = int(np.abs(towards).argmax())
+    if main == 2 and towards[2] > 0:
+        return np.eye(3)
+    z = np.sign(towards[main]) * np.eye(3)[main]
+    x = np.eye(3)[(main + 1) % 3]
+    return np.column_stack([x, np.cross(z, x), z])
 
 
 def arrow(assembly: Assembly, name: str, kind: str, item: str, position: Array, direction: Array, turns: bool) -> Shape:

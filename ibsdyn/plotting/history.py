@@ -115,22 +115,30 @@ def _draw_effect(panel: Axes, effect: Effect) -> None:
     assert effect.after is not None
     bars = _bars(effect)
     position = effect.before.value
+    ends = [effect.before.value, effect.after.value]
     for row, (_, value) in enumerate(bars):
         # Green is towards the limit's good side, whichever way the limit asks.
         good = (value < 0) == (effect.after.sense == "<=")
         panel.barh(row, value, left=position, color=MET if good else NOT_MET, height=0.7)
         panel.plot([position + value] * 2, [row - 0.35, row + 1.35], color=QUIET, linewidth=0.8)
         position += value
+        ends.append(position)
     panel.axvline(effect.before.value, color=QUIET, linewidth=1.0, label=f"before: {effect.before.value:.4g}")
     panel.axvline(effect.after.value, color="k", linewidth=1.4, label=f"after: {effect.after.value:.4g}")
-    panel.axvline(
-        effect.after.limit, color="k", linestyle="--", linewidth=1.2, label=f"limit: {effect.after.limit:.4g}"
-    )
+    # Bars end at values, not at the frame; a limit that is far away is told, not drawn.
+    low, high = float(np.min(ends)), float(np.max(ends))
+    span = high - low or abs(high) or 1.0
+    limit = effect.after.limit
+    if low - 2 * span < limit < high + 2 * span:
+        panel.axvline(limit, color="k", linestyle="--", linewidth=1.2, label=f"limit: {limit:.4g}")
+        low, high = min(low, limit), max(high, limit)
+    else:
+        panel.plot([], [], color="k", linestyle="--", linewidth=1.2, label=f"limit: {limit:.4g} (outside)")
+    panel.set_xlim(low - 0.08 * (high - low or span), high + 0.08 * (high - low or span))
     panel.set_yticks(range(len(bars)), [label for label, _ in bars], fontsize="small")
     panel.set_ylim(len(bars) - 0.5, -0.5)
     panel.set_title(effect.name, fontsize="medium", loc="left")
     panel.set_xlabel(f"[{effect.after.unit}]")
-    panel.margins(x=0.08)
     panel.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize="small", frameon=False)
 
 

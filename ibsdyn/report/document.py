@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import base64
 import hashlib
-import math
 import os
 import tempfile
 from collections.abc import Sequence
-from dataclasses import dataclass
 from datetime import datetime, timezone
 from html import escape
 from importlib import resources
@@ -18,40 +16,23 @@ from typing import Any
 
 import numpy as np
 
-from ibsdyn.budget import VibrationBudget, vibration_budget
 from ibsdyn.comparison import Comparison
 from ibsdyn.components import FlexibleBody, Inertia1D, RigidBody
-from ibsdyn.errors import IbsdynError, ReportError, known_keywords
+from ibsdyn.errors import ReportError, known_keywords
 from ibsdyn.history import History
-from ibsdyn.linear_system import LinearSystem
 from ibsdyn.model import Model
 from ibsdyn.modes import Modes
 from ibsdyn.provenance import fidelity_of, input_hash, versions
+from ibsdyn.report.budget import budget_data, budget_of, budget_section
+from ibsdyn.report.comparison import comparison_section
 from ibsdyn.report.components import component_tables
-from ibsdyn.report.html import Cell, Section, badge, gauge, listed, number, paragraph, table, with_unit
-from ibsdyn.report.packing import json_for_script, packed
+from ibsdyn.report.history import history_data, history_section
+from ibsdyn.report.html import ZOOM, Cell, Section, listed, number, paragraph, table
+from ibsdyn.report.modes import mode_data, mode_section
+from ibsdyn.report.packing import json_for_script
+from ibsdyn.report.requirements import checked_requirements, requirement_section
 from ibsdyn.report.responses import comparison_data, default_band, labels, response_data
 from ibsdyn.report.scene import scene_data
-
-# Shares of energy below this are left out of the bars.
-SHOWN_SHARE = 0.005
-MOST_BARS = 8
-# A logarithmic axis where values lie further apart.
-DECADES = 30.0
-
-
-@dataclass(frozen=True)
-class _Checked:
-    """A requirement as the page shows it; ``value`` is NaN and ``problem`` says why where it has none."""
-
-    name: str
-    quantity: str
-    value: float
-    limit: float
-    sense: str
-    unit: str
-    met: bool
-    problem: str
 
 
 @known_keywords
@@ -127,30 +108,30 @@ def _page(
     elastic = np.flatnonzero(~shown.rigid)[:count]
     numbers = [int(n) for n in (*np.flatnonzero(shown.rigid), *elastic)]
     limits = default_band(systems[0], count) if band is None else (float(band[0]), float(band[1]))
-    checked = [_checked_requirements(each, system) for each, system in zip(models, systems, strict=True)]
+    checked = [checked_requirements(each, system) for each, system in zip(models, systems, strict=True)]
     named = {name: (each, system) for name, each, system in zip(names, models, systems, strict=True)}
     responses, missing = response_data(named, limits)
-    budgets, budget_words = _budgets(model, systems[0])
+    budgets, budget_words = budget_of(model, systems[0])
     data: dict[str, Any] = {
         "scene": scene_data(model, shown, numbers),
-        "modes": [_mode_data(shown, n) for n in numbers],
+        "modes": [mode_data(shown, n) for n in numbers],
         "responses": responses,
         "comparison": None if comparison is None else comparison_data(comparison),
-        "budget": None if budgets is None else _budget_data(budgets),
-        "history": None if history is None else _history_data(history),
+        "budget": None if budgets is None else budget_data(budgets),
+        "history": None if history is None else history_data(history),
     }
     sections = [
-        Section("requirements", "Requirements", _requirements(names, checked)),
+        Section("requirements", "Requirements", requirement_section(names, checked)),
         Section("model", "Model", _model(model)),
-        Section("modes", "Modes", _modes(shown, numbers)),
+        Section("modes", "Modes", mode_section(shown, numbers)),
         Section("responses", "Frequency responses", _responses(responses, missing, names)),
     ]
     if budgets is not None or model.disturbances:
-        sections.append(Section("budget", "Vibration budget", _budget(budgets, budget_words)))
+        sections.append(Section("budget", "Vibration budget", budget_section(budgets, budget_words)))
     if comparison is not None:
-        sections.append(Section("test", "Model against test", _comparison(comparison)))
+        sections.append(Section("test", "Model against test", comparison_section(comparison)))
     if history is not None:
-        sections.append(Section("history", "History", _history(history)))
+        sections.append(Section("history", "History", history_section(history)))
     made = datetime.now(timezone.utc)
     sections.append(Section("origin", "Where this comes from", _origin(model, others, names)))
     assets = resources.files("ibsdyn.report") / "assets"
@@ -164,8 +145,8 @@ def _page(
         contents="".join(f'<a href="#{s.anchor}">{escape(s.heading)}</a>' for s in sections),
         sections="\n".join(section.html for section in sections),
         footer=escape(
-            f"Made by ibsdyn {versions()['ibsdyn']} on {made:%Y-%m-%d %H:%M} UTC. SI units, frequencies in Hz, one-sided "
-            "PSDs, RMS is one sigma."
+            f"Made by ibsdyn {versions()['ibsdyn']} on {made:%Y-%m-%d %H:%M} UTC. SI units, frequencies in Hz, "
+            "one-sided PSDs, RMS is one sigma."
         ),
         style=(assets / "page.css").read_text(encoding="utf-8"),
         script=script,
@@ -186,94 +167,6 @@ def _facts(model: Model, modes: Modes) -> str:
     return f"{number(mass)} kg in {len(bodies)} bodies, {len(model.connections)} connections{first}"
 
 
-# -- requirements
-
-
-def _checked_requirements(model: Model, system: LinearSystem) -> list[_Checked]:
-    found = []
-    for requirement in model.requirements.values():
-        quantity = requirement.quantity
-        try:
-            result = requirement.check(system)
-            value, met, problem = result.value, result.met, ""
-        except IbsdynError as error:
-            value, met, problem = math.nan, False, str(error)
-        found.append(
-            _Checked(
-                requirement.name,
-                quantity.name,
-                value,
-                requirement.limit,
-                requirement.sense,
-                quantity.unit,
-                met,
-                problem,
-            )
-        )
-    return found
-
-
-def _requirements(names: Sequence[str], checked: Sequence[Sequence[_Checked]]) -> str:
-    own = checked[0]
-    if not own:
-        return paragraph(
-            "The model has no requirements; model.add_requirement(ibs.Requirement(...)) adds one.", "remark"
-        )
-    met = sum(result.met for result in own)
-    verdict = f"{met} of {len(own)}"
-    cards = [(verdict, "requirements met", "good" if met == len(own) else "bad")]
-    tightest = min((r for r in own if not math.isnan(r.value)), key=_margin, default=None)
-    if tightest is not None:
-        kind = "good" if tightest.met else "bad"
-        cards.append((f"{100 * _margin(tightest):+.3g} %".replace("-", "−"), f"smallest margin: {tightest.name}", kind))
-    html = ['<div class="verdicts">']
-    html += [
-        f'<div class="verdict {k}"><b>{escape(big)}</b><span>{escape(small)}</span></div>' for big, small, k in cards
-    ]
-    html.append("</div>")
-    head = [("requirement", "name"), ("about", "quiet"), ("limit", "number"), ("predicted", "number")]
-    head += [("value against limit", ""), ("margin", "number"), ("", "")]
-    rows: list[list[Cell]] = []
-    for result in own:
-        sign = "≤" if result.sense == "<=" else "≥"
-        margin = "–" if math.isnan(result.value) else f"{100 * _margin(result):+.3g} %".replace("-", "−")
-        rows.append(
-            [
-                result.name,
-                result.quantity,
-                f"{sign} {with_unit(result.limit, result.unit)}",
-                with_unit(result.value, result.unit),
-                gauge(result.value, result.limit, result.sense),
-                margin,
-                badge(result.met, "" if not math.isnan(result.value) else "no value"),
-            ]
-        )
-    html.append(table(head, rows))
-    html += [paragraph(f"{r.name} has no value: {r.problem}", "remark") for r in own if r.problem]
-    if any(checked[1:]):
-        html.append(_all_fidelities(names, checked))
-    return "\n".join(html)
-
-
-def _margin(result: _Checked) -> float:
-    share = (result.limit - result.value) / result.limit
-    return share if result.sense == "<=" else -share
-
-
-def _all_fidelities(names: Sequence[str], checked: Sequence[Sequence[_Checked]]) -> str:
-    by_name = [{result.name: result for result in each} for each in checked]
-    rows: list[list[Cell]] = []
-    for name in by_name[0]:
-        results = [each.get(name) for each in by_name]
-        rows.append(
-            [name, *("–" if r is None else f"{with_unit(r.value, r.unit)}{'' if r.met else ' ✗'}" for r in results)]
-        )
-    return "<h3>By fidelity</h3>" + table([("requirement", "name"), *((name, "number") for name in names)], rows)
-
-
-# -- model and modes
-
-
 def _model(model: Model) -> str:
     words = "Drag to turn, shift-drag to move; after a click the wheel zooms and the arrow keys turn."
     if model.axis is not None:
@@ -290,228 +183,13 @@ def _model(model: Model) -> str:
     )
 
 
-def _modes(modes: Modes, numbers: Sequence[int]) -> str:
-    rows: list[list[Cell]] = []
-    for n in numbers:
-        error = float(modes.reduction_errors[n])
-        rows.append(
-            [
-                str(n + 1),
-                number(float(modes.frequencies[n])),
-                number(100 * float(modes.damping_ratios[n]), 3),
-                "rigid-body motion" if modes.rigid[n] else _leading(modes.strain_energy, n),
-                _leading(modes.kinetic_energy, n),
-                "–" if math.isnan(error) or error == 0 else f"{100 * error:.2g} %",
-            ]
-        )
-    head = [("mode", "number"), ("frequency [Hz]", "number"), ("ζ [%]", "number")]
-    head += [("strain energy in", ""), ("kinetic energy of", ""), ("raised by reduction", "number")]
-    if all(row[-1] == "–" for row in rows):
-        head, rows = head[:-1], [row[:-1] for row in rows]
-    return (
-        '<div class="modes"><div><div class="view" id="mode-view"></div><div class="controls">'
-        '<button type="button" id="mode-run">pause</button><label>size of the motion<input id="mode-size" type="range" '
-        'min="0" max="3" step="0.05" value="1"></label></div></div><div><h3 id="mode-title" style="margin-top:0"></h3>'
-        '<div class="modelist" id="mode-list"></div><h3>Strain energy</h3><div class="bars" id="mode-strain"></div>'
-        '<h3>Kinetic energy</h3><div class="bars" id="mode-kinetic"></div></div></div><h3>All modes shown</h3>'
-        + table(head, rows)
-        + paragraph("Motions are enlarged; each mode is scaled to the same largest motion.", "remark")
-    )
-
-
-def _mode_data(modes: Modes, n: int) -> dict[str, Any]:
-    return {
-        "number": n + 1,
-        "frequency": number(float(modes.frequencies[n])),
-        "damping": number(100 * float(modes.damping_ratios[n]), 3),
-        "rigid": bool(modes.rigid[n]),
-        "strain": _ranked(modes.strain_energy, n),
-        "kinetic": _ranked(modes.kinetic_energy, n),
-    }
-
-
-def _ranked(shares: Any, n: int) -> list[tuple[str, float]]:
-    ranked = sorted(((name, round(float(share[n]), 5)) for name, share in shares.items()), key=lambda pair: -pair[1])
-    return [pair for pair in ranked if pair[1] >= SHOWN_SHARE][:MOST_BARS]
-
-
-def _leading(shares: Any, n: int) -> str:
-    return ", ".join(f"{name} {100 * share:.0f} %" for name, share in _ranked(shares, n)[:3])
-
-
-# -- responses, budget, test
-
-
 def _responses(responses: dict[str, Any] | None, missing: Sequence[str], names: Sequence[str]) -> str:
     html = []
     if responses is not None:
-        html.append('<div class="controls" id="responses-choice"></div><div id="responses"></div>')
-        html.append(paragraph(f"{_ZOOM} Models: {', '.join(names)}.", "remark instruction"))
+        html.append('<div class="controls" id="responses-chart-choice"></div><div id="responses-chart"></div>')
+        html.append(paragraph(f"{ZOOM} Models: {', '.join(names)}.", "remark instruction"))
     html += [paragraph(words, "remark") for words in missing]
     return "\n".join(html)
-
-
-_ZOOM = "Drag across to zoom, double-click for the whole range, click a name to hide its curve."
-
-
-def _budgets(model: Model, system: LinearSystem) -> tuple[VibrationBudget | None, str]:
-    if not model.disturbances:
-        return None, ""
-    if not model.sensors:
-        return None, "The model has disturbances but no sensors; model.add_sensor(ibs.Sensor(...)) says what they move."
-    try:
-        disturbances: list[Any] = list(model.disturbances.values())
-        return vibration_budget(system, list(model.sensors.values()), disturbances), ""
-    except IbsdynError as error:
-        return None, f"There is no budget: {error}"
-
-
-def _budget(budget: VibrationBudget | None, words: str) -> str:
-    if budget is None:
-        return paragraph(words, "remark")
-    low, high = budget.band
-    html = [
-        paragraph(f"RMS (one sigma) of each sensor from {number(low)} to {number(high)} Hz, and what it comes from.")
-    ]
-    rows: list[list[Cell]] = []
-    for row, (name, unit) in enumerate(zip(budget.outputs, budget.units, strict=True)):
-        shares = [", ".join(_largest(budget.shares(by, row))) for by in ("source", "mode", "part")]
-        rows.append([name, with_unit(float(budget.rms[row]), unit), *shares])
-    head = [("sensor", "name"), ("RMS", "number"), ("by source", ""), ("by mode", ""), ("by part", "")]
-    html.append(table(head, rows))
-    for row, name in enumerate(budget.outputs):
-        html.append(f'<h3>{escape(name)}</h3><div id="budget-{row}"></div>')
-    html.append(paragraph(_ZOOM, "remark instruction"))
-    return "\n".join(html)
-
-
-def _largest(shares: dict[str, float]) -> list[str]:
-    return [f"{name} {100 * share:.3g} %" for name, share in list(shares.items())[:3] if abs(share) >= SHOWN_SHARE]
-
-
-def _budget_data(budget: VibrationBudget) -> list[dict[str, Any]]:
-    step = max(1, len(budget.frequencies) // 2500)
-    chosen = np.unique(np.r_[np.arange(0, len(budget.frequencies), step), len(budget.frequencies) - 1])
-    found = []
-    for row, (name, unit) in enumerate(zip(budget.outputs, budget.units, strict=True)):
-        curves = [("all sources", budget.psd[row], budget.cumulative_power[row], True)]
-        if len(budget.sources) > 1:
-            for place, source in enumerate(budget.sources):
-                curves.append((source, budget.source_psd[row, place], budget.source_cumulative[row, place], False))
-        found.append(
-            {
-                "name": name,
-                "unit": unit,
-                "psdUnit": f"({unit})²/Hz",
-                "x": packed(budget.frequencies[chosen], "f4"),
-                "curves": [
-                    {
-                        "label": label,
-                        "total": total,
-                        "psd": packed(psd[chosen], "f4"),
-                        "cumulative": packed(np.sqrt(np.maximum(power[chosen], 0.0)), "f4"),
-                    }
-                    for label, psd, power, total in curves
-                ],
-            }
-        )
-    return found
-
-
-def _comparison(comparison: Comparison) -> str:
-    html = []
-    if comparison.confidence is not None:
-        share = f"{100 * comparison.total_share_inside:.1f} %"
-        html.append(
-            paragraph(
-                f"{share} of the model's values lie inside the {100 * comparison.confidence:g} % region of the test "
-                "(shaded; magnitudes within the radius of the region)."
-            )
-        )
-    html.append('<div class="controls" id="comparison-choice"></div><div id="comparison"></div>')
-    rows: list[list[Cell]] = []
-    for o, output in enumerate(comparison.model.outputs):
-        for i, input_ in enumerate(comparison.model.inputs):
-            inside = [] if comparison.inside is None else [f"{100 * comparison.share_inside[o, i]:.1f} %"]
-            rows.append(
-                [
-                    f"{input_} → {output}",
-                    *inside,
-                    f"{comparison.frac[o, i]:.4f}",
-                    f"{100 * comparison.deviation[o, i]:.3g} %",
-                ]
-            )
-    head = [("response", "name"), *([] if comparison.inside is None else [("inside the region", "number")])]
-    html.append(table([*head, ("FRAC", "number"), ("largest deviation, of the peak", "number")], rows))
-    if comparison.resonances:
-        rows = []
-        for pair in comparison.resonances:
-            cells = [
-                "–" if side is None else number(getattr(side, what) * factor)
-                for what, factor in (("frequency", 1.0), ("damping_ratio", 100.0))
-                for side in (pair.model, pair.test)
-            ]
-            error = pair.frequency_error
-            off = "–" if math.isnan(error) else f"{100 * error:+.2f} %".replace("-", "−")
-            rows.append([*cells[:2], off, *cells[2:], f"{pair.input} → {pair.output}"])
-        head = [("model [Hz]", "number"), ("test [Hz]", "number"), ("model off by", "number")]
-        head += [("ζ model [%]", "number"), ("ζ test [%]", "number"), ("seen in", "quiet")]
-        html.append("<h3>Resonances</h3>" + table(head, rows))
-    return "\n".join(html)
-
-
-# -- history and origin
-
-
-def _history(history: History) -> str:
-    revisions = history.revisions
-    if not revisions:
-        return paragraph(f"{history.path.name} has no revision yet.", "remark")
-    names = list(dict.fromkeys(result.name for revision in revisions for result in revision.results))
-    html = ['<div class="small">']
-    html += [f'<div><h3>{escape(name)}</h3><div id="history-{n}"></div></div>' for n, name in enumerate(names)]
-    html.append("</div><h3>Revisions</h3>")
-    rows: list[list[Cell]] = []
-    for revision in revisions:
-        met = sum(result.met for result in revision.results)
-        verdict: Cell = badge(revision.met, f"{met} of {len(revision.results)} met") if revision.results else "–"
-        rows.append(
-            [revision.name, f"{revision.date:%Y-%m-%d}", revision.fidelity, revision.model, verdict, revision.note]
-        )
-    head = [
-        ("revision", "name"),
-        ("date", ""),
-        ("fidelity", ""),
-        ("model", ""),
-        ("requirements", ""),
-        ("note", "quiet"),
-    ]
-    html.append(table(head, rows))
-    return "\n".join(html)
-
-
-def _history_data(history: History) -> list[dict[str, Any]]:
-    revisions = history.revisions
-    names = list(dict.fromkeys(result.name for revision in revisions for result in revision.results))
-    panels = []
-    for name in names:
-        found = [(x, r) for x, revision in enumerate(revisions) for r in revision.results if r.name == name]
-        values = [abs(r.value) for _, r in found if math.isfinite(r.value)] + [r.limit for _, r in found]
-        last = found[-1][1]
-        panels.append(
-            {
-                "name": name,
-                "unit": last.unit,
-                "ticks": [[x, f"{each.name}\n{each.fidelity}"] for x, each in enumerate(revisions)],
-                "x": [x for x, _ in found],
-                "y": [r.value if math.isfinite(r.value) else None for _, r in found],
-                "met": [r.met for _, r in found],
-                "limits": [[x - 0.5, x + 0.5, r.limit] for x, r in found],
-                "limitLabel": f"limit: {'at most' if last.sense == '<=' else 'at least'} {number(last.limit)}",
-                "log": min(values) > 0 and max(values) > DECADES * min(values),
-            }
-        )
-    return panels
 
 
 def _origin(model: Model, others: Sequence[Model], names: Sequence[str]) -> str:
@@ -526,9 +204,9 @@ def _origin(model: Model, others: Sequence[Model], names: Sequence[str]) -> str:
                 [f"flexible body {item.name}", f"{item.reduced.source}, {item.reduced.method}, {item.reduced.solver}"]
             )
     words = (
-        "Linear system about the undeformed state, from Exudyn's Jacobians. Damping ratios of modes are the strain-energy "
-        "weighted means of the ratios of the parts. Frequency responses follow e^{+iωt}; the motion of a sensor is absolute "
-        "unless it is relative to an item."
+        "Linear system about the undeformed state, from Exudyn's Jacobians. Damping ratios of modes are the "
+        "strain-energy weighted means of the ratios of the parts. Frequency responses follow e^{+iωt}; the motion of a "
+        "sensor is absolute unless it is relative to an item."
     )
     return table([("what", ""), ("value", "hash")], rows) + paragraph(words, "remark")
 

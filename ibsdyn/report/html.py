@@ -16,6 +16,9 @@ class Markup:
 
 
 Cell = str | Markup
+# Positions smaller than this are rounding errors [m].
+NO_LENGTH = 1e-9
+ZOOM = "Drag across to zoom, double-click for the whole range, click a name to hide its curve."
 
 
 @dataclass(frozen=True)
@@ -90,10 +93,11 @@ def number(value: float, digits: int = 4) -> str:
         return "–"
     if math.isinf(value):
         return "∞" if value > 0 else "−∞"
-    shown = f"{value:.{digits}g}"
-    if "e" not in shown:
-        return shown.replace("-", "−")
-    mantissa, power = shown.split("e")
+    if value == 0 or 1e-4 <= abs(value) < 1e5:
+        rounded = float(f"{value:.{digits}g}")
+        return f"{rounded:.15f}".rstrip("0").rstrip(".").replace("-", "−")
+    mantissa, power = f"{value:.{digits - 1}e}".split("e")
+    mantissa = mantissa.rstrip("0").rstrip(".")
     return f"{mantissa.replace('-', '−')}·10{str(int(power)).translate(str.maketrans('-0123456789', '⁻⁰¹²³⁴⁵⁶⁷⁸⁹'))}"
 
 
@@ -103,8 +107,8 @@ def with_unit(value: float, unit: str, digits: int = 4) -> str:
 
 
 def point(values: Sequence[float]) -> str:
-    """Return a position in mm."""
-    return ", ".join(number(1e3 * value) for value in values)
+    """Return a position in mm, rounding errors of a symmetric part as the zeros that they are."""
+    return ", ".join(number(1e3 * value if abs(value) > NO_LENGTH else 0.0) for value in values)
 
 
 def _class(kind: str) -> str:

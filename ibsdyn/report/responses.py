@@ -9,6 +9,7 @@ import numpy as np
 
 from ibsdyn.axes import Array
 from ibsdyn.comparison import Comparison
+from ibsdyn.components import FlexibleBody
 from ibsdyn.errors import IbsdynError
 from ibsdyn.frequency_response import FrequencyResponse, unit_ratio
 from ibsdyn.identification.frf_estimate import FrfEstimate
@@ -24,11 +25,16 @@ FEWEST_LINES = 300
 
 
 def default_band(system: LinearSystem, modes: int) -> tuple[float, float]:
-    """Return a band [Hz] from well below the first elastic mode to above the last one that the report shows."""
+    """Return a band [Hz] from well below the first elastic mode to above the last one that the report shows.
+
+    It ends where the reduction of a flexible body is not to be trusted any more.
+    """
     frequencies = system.modes().frequencies[~system.modes().rigid]
     if not len(frequencies):
         return 1.0, 1000.0
-    return 0.1 * float(frequencies[0]), 1.5 * float(frequencies[min(modes, len(frequencies)) - 1])
+    trusted = [b.reduced.trusted_frequency for b in system._assembly.bodies if isinstance(b, FlexibleBody)]
+    upper = min([1.5 * float(frequencies[min(modes, len(frequencies)) - 1]), *trusted])
+    return 0.1 * float(frequencies[0]), max(upper, 3.0 * float(frequencies[0]))
 
 
 def response_data(

@@ -12,7 +12,7 @@ function shown(value) {
   const size = Math.abs(value);
   if (size !== 0 && (size < 1e-3 || size >= 1e5)) {
     const [digits, power] = value.toExponential(2).split("e");
-    return `${digits}·10${[...String(Number(power))].map((c) => c === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[c]).join("")}`;
+    return `${digits}·10${superscript(Number(power))}`;
   }
   return String(Number(value.toPrecision(4)));
 }
@@ -35,10 +35,20 @@ function ticks(low, high, log, most) {
   return found.length > 1 ? found : ticks(low, high, false, most).filter((value) => value > 0);
 }
 
+function superscript(power) {
+  return [...String(power)].map((c) => c === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[c]).join("");
+}
+
+// The power of ten that a linear axis of very small or large values carries in its label.
+function sharedPower(low, high, log) {
+  const size = Math.max(Math.abs(low), Math.abs(high));
+  return log || size === 0 || (size >= 1e-2 && size < 1e5) ? 0 : Math.floor(Math.log10(size) + 1e-9);
+}
+
 function decade(value, log) {
   const power = Math.round(Math.log10(value));
   if (log && value > 0 && Math.abs(Math.log10(value) - power) < 1e-6 && (power < -2 || power > 4)) {
-    return `10${[...String(power)].map((c) => c === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[c]).join("")}`;
+    return `10${superscript(power)}`;
   }
   return shown(value);
 }
@@ -87,8 +97,8 @@ class Chart {
     for (const curve of this.visible(panel)) for (let i = 0; i < curve.x.length; i++) if (curve.x[i] >= from && curve.x[i] <= to) take(curve.y[i]);
     for (const limit of panel.limits || []) { if (limit.steps) limit.steps.forEach((step) => take(step[2])); else take(limit.y); }
     if (low > high) return panel.log ? [0.1, 10] : [0, 1];
-    if (panel.log) { const room = Math.max(1.15, (high / low) ** 0.05); return [low / room, high * room]; }
-    const room = 0.08 * (high - low) || Math.abs(high) * 0.1 || 1;
+    if (panel.log) { const room = Math.max(1.15, (high / low) ** (panel.limits ? 0.16 : 0.05)); return [low / room, high * room]; }
+    const room = (panel.limits ? 0.2 : 0.08) * (high - low) || Math.abs(high) * 0.1 || 1;
     return [panel.fromZero && low >= 0 ? 0 : low - room, high + room];
   }
   draw() {
@@ -115,9 +125,10 @@ class Chart {
         drawing.append(svg("line", {class: "grid", x1: px(value), x2: px(value), y1: y0, y2: y0 + panel.height}));
         if (last) text.split("\n").forEach((line, row) => drawing.append(svg("text", {x: px(value), y: y0 + panel.height + 17 + 14 * row, "text-anchor": "middle"}, line)));
       }
+      const power = sharedPower(low, high, panel.log), carried = power ? panel.label.replace("[", `[10${superscript(power)} `) : panel.label;
       for (const value of panel.ticks || ticks(low, high, panel.log, Math.max(2, panel.height / 42))) {
         drawing.append(svg("line", {class: "grid", x1: left, x2: left + inner, y1: py(value), y2: py(value)}));
-        drawing.append(svg("text", {x: left - 7, y: py(value) + 4, "text-anchor": "end"}, decade(value, panel.log)));
+        drawing.append(svg("text", {x: left - 7, y: py(value) + 4, "text-anchor": "end"}, power ? String(Number((value / 10 ** power).toPrecision(4))) : decade(value, panel.log)));
       }
       const group = svg("g", {"clip-path": `url(#${clip})`});
       for (const curve of this.visible(panel)) this.drawCurve(group, curve, px, py, span, panel);
@@ -129,7 +140,7 @@ class Chart {
       }
       drawing.append(group, svg("rect", {class: "frame", x: left, y: y0, width: inner, height: panel.height}));
       const middle = y0 + panel.height / 2;
-      drawing.append(svg("text", {x: 15, y: middle, "text-anchor": "middle", transform: `rotate(-90 15 ${middle})`}, panel.label));
+      drawing.append(svg("text", {x: 15, y: middle, "text-anchor": "middle", transform: `rotate(-90 15 ${middle})`}, carried));
       panel.geometry = {y0, py};
       y0 += panel.height + gap;
     });

@@ -134,8 +134,8 @@ if (data.scene) {
   window.addEventListener("beforeprint", () => still.fit());
   if (data.modes.length) new ModePlayer(scene, data.modes);
 }
-if (data.responses) new ResponseChart("responses", data.responses, {});
-if (data.comparison) new ResponseChart("comparison", data.comparison, {test: {colour: "#b42318"}, model: {colour: "#18222d", dash: "6 4"}});
+if (data.responses) new ResponseChart("responses-chart", data.responses, {});
+if (data.comparison) new ResponseChart("comparison-chart", data.comparison, {test: {colour: "#b42318"}, model: {colour: "#18222d", dash: "6 4"}});
 if (data.budget) drawBudget(data.budget);
 if (data.history) drawHistory(data.history);
 document.documentElement.dataset.ready = "yes";

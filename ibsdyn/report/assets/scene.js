@@ -45,7 +45,7 @@ void main() {
 // Every line is a rectangle as wide as asked on the screen, a little nearer than the faces that it borders.
 const LINE_VERTEX = `#version 300 es
 in vec3 from; in vec3 to; in vec3 fromMotion; in vec3 toMotion; in vec4 ink; in float width;
-uniform float amplitude; uniform mat3 turn; uniform vec4 window; uniform float depth; uniform vec2 pixels; out vec4 colour;
+uniform float amplitude; uniform mat3 turn; uniform vec4 window; uniform float depth; uniform vec2 pixels; uniform float ghost; out vec4 colour;
 void main() {
   vec3 a = turn * (from + amplitude * fromMotion), b = turn * (to + amplitude * toMotion);
   bool end = gl_VertexID >= 2;
@@ -56,14 +56,16 @@ void main() {
   vec2 across = vec2(-along.y, along.x) / length_;
   vec2 place = (here.xy + window.zw) * window.xy + side * width * across / pixels;
   gl_Position = vec4(place, -here.z * depth - 0.002, 1.0);
-  colour = ink;
+  colour = vec4(ink.rgb, ink.a * ghost);
+  // Edges of bodies have an alpha below 1; only glyphs shine through what is before them.
+  if (ghost < 1.0 && ink.a < 1.0) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
 }`;
 const LINE_FRAGMENT = `#version 300 es
 precision highp float; in vec4 colour; out vec4 painted;
 void main() { painted = vec4(colour.rgb * colour.a, colour.a); }`;
 
 function lineStyle(part) {
-  if (part.kind === "flexible body") return {shade: 0.35, alpha: part.faces[1] ? 0.55 : 1, width: part.faces[1] ? 1 : 2.5};
+  if (part.kind === "flexible body") return {shade: 0.35, alpha: part.faces[1] ? 0.55 : 0.99, width: part.faces[1] ? 1 : 2.5};
   if (part.kind === "rigid body") return {shade: 0.65, alpha: 0.9, width: 1.2};
   return {shade: 1, alpha: 1, width: part.kind === "fixation" ? 1.2 : part.kind === "connection" ? 1.6 : 2.2};
 }
@@ -155,11 +157,18 @@ class WebGLPainter {
     set(this.lineProgram);
     gl.uniform2fv(gl.getUniformLocation(this.lineProgram, "pixels"), [width, height]);
     gl.bindVertexArray(this.lineArray);
-    gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, this.scene.lines.length / 2);
+    this.drawLines(1);
     // What one looks through comes last and hides nothing behind it.
     set(this.faceProgram); gl.bindVertexArray(this.faceArray); gl.depthMask(false);
     this.scene.parts.filter((part) => part.opacity < 1 && part.faces[1]).forEach(faces);
+    gl.disable(gl.DEPTH_TEST);
+    gl.useProgram(this.lineProgram); gl.bindVertexArray(this.lineArray);
+    this.drawLines(0.4);
     gl.depthMask(true); gl.bindVertexArray(null);
+  }
+  drawLines(ghost) {
+    this.gl.uniform1f(this.gl.getUniformLocation(this.lineProgram, "ghost"), ghost);
+    this.gl.drawArraysInstanced(this.gl.TRIANGLE_STRIP, 0, 4, this.scene.lines.length / 2);
   }
 }
 
