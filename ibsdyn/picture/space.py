@@ -13,7 +13,7 @@ from ibsdyn.picture.shape import BOX_EDGES, BOX_FACES, NO_FACES, Shape, coil, tr
 from ibsdyn.picture.thinning import crease_edges, thinned
 
 # Glyphs of fixations, connections and signals, as a share of the model's size.
-GROUND_SIZE, SPRING_SIZE, ARROW_SIZE = 0.045, 0.022, 0.16
+GROUND_SIZE, SPRING_SIZE, ARROW_SIZE = 0.07, 0.022, 0.16
 
 
 def shapes_in_space(assembly: Assembly, most_points: int) -> tuple[Shape, ...]:

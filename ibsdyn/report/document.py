@@ -161,10 +161,17 @@ def _facts(model: Model, modes: Modes) -> str:
     elastic = np.flatnonzero(~modes.rigid)
     first = f", first mode at {number(float(modes.frequencies[elastic[0]]))} Hz" if len(elastic) else ""
     bodies = [item for item in model.items.values() if isinstance(item, (RigidBody, FlexibleBody, Inertia1D))]
+    parts = (
+        f"{_counted(len(bodies), 'body', 'bodies')}, {_counted(len(model.connections), 'connection', 'connections')}"
+    )
     if model.axis is not None:
-        return f"{len(bodies)} bodies, {len(model.connections)} connections along {model.axis}{first}"
+        return f"{parts} along {model.axis}{first}"
     mass = sum(item.reduced.mass if isinstance(item, FlexibleBody) else getattr(item, "mass", 0.0) for item in bodies)
-    return f"{number(mass)} kg in {len(bodies)} bodies, {len(model.connections)} connections{first}"
+    return f"{number(mass)} kg in {parts}{first}"
+
+
+def _counted(count: int, one: str, several: str) -> str:
+    return f"{count} {one if count == 1 else several}"
 
 
 def _model(model: Model) -> str:

@@ -7,6 +7,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from html import escape
 
+import numpy as np
+
 
 @dataclass(frozen=True)
 class Markup:
@@ -95,7 +97,7 @@ def number(value: float, digits: int = 4) -> str:
         return "∞" if value > 0 else "−∞"
     if value == 0 or 1e-4 <= abs(value) < 1e5:
         rounded = float(f"{value:.{digits}g}")
-        return f"{rounded:.15f}".rstrip("0").rstrip(".").replace("-", "−")
+        return np.format_float_positional(rounded, trim="-").replace("-", "−")
     mantissa, power = f"{value:.{digits - 1}e}".split("e")
     mantissa = mantissa.rstrip("0").rstrip(".")
     return f"{mantissa.replace('-', '−')}·10{str(int(power)).translate(str.maketrans('-0123456789', '⁻⁰¹²³⁴⁵⁶⁷⁸⁹'))}"

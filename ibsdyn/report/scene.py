@@ -14,7 +14,7 @@ from ibsdyn.model import Model
 from ibsdyn.modes import Modes
 from ibsdyn.picture import Shape, arrow, lined_up_shapes, shapes_in_space
 from ibsdyn.report.packing import packed
-from ibsdyn.signals import BaseMotion, Input, Sensor, Torque
+from ibsdyn.signals import Input, Sensor, Stroke, Torque
 
 # What keeps a page with twenty modes of fine meshes below a few megabytes.
 MOST_POINTS = 6000
@@ -95,14 +95,26 @@ def _arrows(assembly: Assembly, model: Model) -> list[Shape]:
     ]
     for kind, signal in signals:
         try:
-            assembly.address(signal.item, signal.name)
-            turns, direction = _direction(signal)
-            position = None if isinstance(signal, (BaseMotion, Torque)) else signal.position
-            place = assembly.frames[signal.item] if position is None else np.array(position)
-            arrows.append(arrow(assembly, signal.name, kind, signal.item, place, direction, turns))
+            item, place, direction, turns = _where(assembly, signal)
         except ModelError:
             continue  # a signal that this model does not have: model.check() tells, and the page prints that
+        arrows.append(arrow(assembly, signal.name, kind, item, place, direction, turns))
     return arrows
+
+
+def _where(assembly: Assembly, signal: Input | Sensor) -> tuple[str, Array, Array, bool]:
+    """Return the item, the point, the direction, and whether it turns; ModelError for what the model does not have."""
+    if isinstance(signal, Stroke):
+        for joint in assembly.joints:
+            if joint.name == signal.item:
+                axis = joint.connection.axes_matrix[:, DIRECTIONS.index(str(signal.direction)) % 3]
+                return joint.connection.item2, joint.centre, axis, signal.is_rotation
+        raise ModelError(f"{signal.name}: {signal.item!r} is no connection of the model.")
+    assembly.address(signal.item, signal.name)
+    turns, direction = _direction(signal)
+    position = getattr(signal, "position", None)  # torques and base motions have none
+    place = assembly.frames[signal.item] if position is None else np.array(position)
+    return signal.item, place, direction, turns
 
 
 def _direction(signal: Input | Sensor) -> tuple[bool, Array]:

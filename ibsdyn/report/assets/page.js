@@ -29,10 +29,8 @@ class ModePlayer {
     });
     this.button = document.getElementById("mode-run");
     this.button.addEventListener("click", () => { this.running = !this.running; this.tell(); });
-    document.getElementById("mode-size").addEventListener("input", (event) => { this.size = Number(event.target.value); this.show(); });
+    document.getElementById("mode-size").addEventListener("input", (event) => { this.size = this.view.largest = Number(event.target.value); this.show(); this.view.printLater(); });
     new IntersectionObserver(([entry]) => { this.seen = entry.isIntersecting; }).observe(this.view.host);
-    // On paper the shape stands at its largest.
-    window.addEventListener("beforeprint", () => { this.phase = Math.PI / 2; this.show(); });
     this.choose(Math.max(0, modes.findIndex((mode) => !mode.rigid))); this.tell();
     requestAnimationFrame((time) => this.step(time));
   }
@@ -129,9 +127,8 @@ function drawBudget(budgets) {
 
 if (data.scene) {
   const scene = new Scene(data.scene);
-  const still = new SceneView(document.getElementById("model-view"), scene, true);
+  new SceneView(document.getElementById("model-view"), scene, true);
   sceneLegend(document.getElementById("model-legend"), scene);
-  window.addEventListener("beforeprint", () => still.fit());
   if (data.modes.length) new ModePlayer(scene, data.modes);
 }
 if (data.responses) new ResponseChart("responses-chart", data.responses, {});

@@ -218,6 +218,9 @@ class CanvasPainter {
 
 const VIEWS = {"3-D": [0.7, 0.42], x: [Math.PI / 2, 0], y: [Math.PI, 0], z: [0, Math.PI / 2]};
 
+// Size of the picture for paper, in the units of its names.
+const PAPER = [660, 400];
+
 class Camera {
   constructor(size) { this.size = size; this.pan = [0, 0]; [this.around, this.up] = VIEWS["3-D"]; }
   // Rows: right, upward, towards the viewer. z stands up; "around" turns about it.
@@ -230,25 +233,30 @@ class Camera {
 class SceneView {
   constructor(host, scene, labelled) {
     this.host = host; this.scene = scene; this.labelled = labelled;
-    this.camera = new Camera(scene.size); this.amplitude = 0; this.dirty = true;
+    this.camera = new Camera(scene.size); this.amplitude = 0;
     this.canvas = element("canvas", {"aria-hidden": "true"});
     this.overlay = element("canvas", {tabindex: "0", role: "img", "aria-label": "3-D picture of the model; drag or arrow keys turn it, plus and minus zoom"});
     host.append(this.canvas, this.overlay);
     try { this.painter = new WebGLPainter(this.canvas, scene); host.dataset.painter = "webgl"; }
     catch { this.canvas.replaceWith(this.canvas = element("canvas", {"aria-hidden": "true"})); this.painter = new CanvasPainter(this.canvas, scene); host.dataset.painter = "canvas"; }
+    // Browsers leave WebGL out of what they print: a plain canvas, hidden on the screen, has the picture for paper.
+    this.paper = element("canvas", {class: "paper", "aria-hidden": "true"});
+    [this.paper.width, this.paper.height] = PAPER.map((length) => 2 * length);
+    this.paperPainter = new CanvasPainter(this.paper, scene);
+    this.overlay.before(this.paper);
     this.addTools(); this.listen();
     new ResizeObserver(() => this.fit()).observe(host);
-    this.fit();
+    this.fit(); this.printLater();
   }
   addTools() {
     const tools = element("div", {class: "tools"});
     for (const name of Object.keys(VIEWS)) {
       const button = element("button", {type: "button", title: name === "3-D" ? "from the corner" : `along ${name}`}, name);
-      button.addEventListener("click", () => { [this.camera.around, this.camera.up] = VIEWS[name]; this.camera.pan = [0, 0]; this.fit(); });
+      button.addEventListener("click", () => { [this.camera.around, this.camera.up] = VIEWS[name]; this.camera.pan = [0, 0]; this.fit(); this.printLater(); });
       tools.append(button);
     }
     const names = element("button", {type: "button", "aria-pressed": String(this.labelled)}, "names");
-    names.addEventListener("click", () => { this.labelled = !this.labelled; names.setAttribute("aria-pressed", String(this.labelled)); this.draw(); });
+    names.addEventListener("click", () => { this.labelled = !this.labelled; names.setAttribute("aria-pressed", String(this.labelled)); this.draw(); this.printLater(); });
     tools.append(names);
     this.host.append(tools);
   }
@@ -282,46 +290,64 @@ class SceneView {
   rotate(around, up) {
     this.camera.around += around;
     this.camera.up = Math.max(-Math.PI / 2, Math.min(Math.PI / 2, this.camera.up + up));
-    this.draw();
+    this.draw(); this.printLater();
   }
   setMode(number) {
     const motion = Float32Array.from(this.scene.motions[number], (value) => value * this.scene.modes[number].unit);
-    this.motion = motion; this.painter.setMotion(motion); this.draw();
+    this.motion = motion; this.painter.setMotion(motion); this.paperPainter.setMotion(motion);
+    this.draw(); this.printLater();
+  }
+  // As large as the picture allows from this side, with room for the motion and the names.
+  fitting(width, height) {
+    const turn = this.camera.turn(), reach = [0, 0], {positions} = this.scene;
+    for (let i = 0; i < positions.length; i += 3) for (let k = 0; k < 2; k++) {
+      reach[k] = Math.max(reach[k], Math.abs(turn[3 * k] * positions[i] + turn[3 * k + 1] * positions[i + 1] + turn[3 * k + 2] * positions[i + 2]));
+    }
+    return 0.84 * Math.min(width / 2 / (reach[0] || 1), height / 2 / (reach[1] || 1));
   }
   fit() {
     const [width, height] = [this.host.clientWidth, this.host.clientHeight], ratio = window.devicePixelRatio || 1;
     if (!width || !height) return;
     for (const canvas of [this.canvas, this.overlay]) { canvas.width = width * ratio; canvas.height = height * ratio; }
-    // As large as the picture allows from this side, with room for the motion and the names.
-    const turn = this.camera.turn(), reach = [0, 0], {positions} = this.scene;
-    for (let i = 0; i < positions.length; i += 3) for (let k = 0; k < 2; k++) {
-      reach[k] = Math.max(reach[k], Math.abs(turn[3 * k] * positions[i] + turn[3 * k + 1] * positions[i + 1] + turn[3 * k + 2] * positions[i + 2]));
-    }
-    this.camera.zoom = 0.84 * Math.min(width / 2 / (reach[0] || 1), height / 2 / (reach[1] || 1));
+    this.camera.zoom = this.fitting(width, height);
     this.draw();
-  }
-  place(i) {
-    const turn = this.camera.turn(), {positions} = this.scene;
-    const p = [0, 1, 2].map((k) => positions[3 * i + k] + (this.motion ? this.amplitude * this.motion[3 * i + k] : 0));
-    const seen = [0, 1].map((k) => turn[3 * k] * p[0] + turn[3 * k + 1] * p[1] + turn[3 * k + 2] * p[2]);
-    return [this.host.clientWidth / 2 + this.camera.zoom * (seen[0] + this.camera.pan[0]), this.host.clientHeight / 2 - this.camera.zoom * (seen[1] + this.camera.pan[1])];
   }
   draw() {
     const [width, height] = [this.host.clientWidth, this.host.clientHeight];
     if (!width || !height) return;
+    const frame = {camera: this.camera, width, height, amplitude: this.amplitude};
     this.painter.draw(this.camera, this.amplitude, width, height);
     const context = this.overlay.getContext("2d"), ratio = this.overlay.width / width;
     context.setTransform(ratio, 0, 0, ratio, 0, 0); context.clearRect(0, 0, width, height);
-    context.font = "12.5px 'Segoe UI', 'Helvetica Neue', Arial, sans-serif"; context.textBaseline = "middle";
-    if (this.labelled) this.drawNames(context);
-    this.drawTriad(context, height);
-    if (!this.scene.schematic) this.drawScale(context, width, height);
+    this.annotate(context, frame);
   }
-  drawNames(context) {
+  // The shape stands at its largest on paper; drawn when the view has come to rest.
+  printLater() {
+    clearTimeout(this.waiting);
+    this.waiting = setTimeout(() => {
+      const [width, height] = PAPER, camera = Object.assign(Object.create(Camera.prototype), this.camera, {zoom: this.fitting(width, height), pan: [0, 0]});
+      const frame = {camera, width, height, amplitude: this.motion ? this.largest ?? 1 : 0};
+      this.paperPainter.draw(camera, frame.amplitude, width, height);
+      this.annotate(this.paper.getContext("2d"), frame);
+    }, 60);
+  }
+  annotate(context, frame) {
+    context.font = "12.5px 'Segoe UI', 'Helvetica Neue', Arial, sans-serif"; context.textBaseline = "middle";
+    if (this.labelled) this.drawNames(context, frame);
+    this.drawTriad(context, frame.height);
+    if (!this.scene.schematic) this.drawScale(context, frame);
+  }
+  place(i, {camera, width, height, amplitude}) {
+    const turn = camera.turn(), {positions} = this.scene;
+    const p = [0, 1, 2].map((k) => positions[3 * i + k] + (this.motion ? amplitude * this.motion[3 * i + k] : 0));
+    const seen = [0, 1].map((k) => turn[3 * k] * p[0] + turn[3 * k + 1] * p[1] + turn[3 * k + 2] * p[2]);
+    return [width / 2 + camera.zoom * (seen[0] + camera.pan[0]), height / 2 - camera.zoom * (seen[1] + camera.pan[1])];
+  }
+  drawNames(context, frame) {
     const taken = [];
     for (const part of this.scene.parts) {
       if (part.kind === "connection" && this.scene.parts.length > 40) continue;
-      const [x, y] = this.anchor(part), wide = context.measureText(part.name).width;
+      const [x, y] = this.anchor(part, frame), wide = context.measureText(part.name).width;
       // A name that would cover another moves down to the next free line.
       let top = y;
       while (taken.some((t) => Math.abs(t.y - top) < 16 && x < t.x + t.wide + 6 && t.x < x + wide + 6)) top += 16;
@@ -331,16 +357,15 @@ class SceneView {
       context.fillText(part.name, x + 8, top);
     }
   }
-  anchor(part) {
+  anchor(part, frame) {
     const [first, count] = part.points;
-    if (part.kind === "sensor" || part.kind === "input") return this.place(first + 1);
-    if (part.kind === "connection" && count > 4 && !this.scene.schematic) return this.place(first + 4 + Math.floor((count - 4) / 2));
-    if (part.kind === "fixation") return this.place(first);
-    let sum = [0, 0];
-    const step = Math.max(1, Math.floor(count / 60));
+    if (part.kind === "sensor" || part.kind === "input") return this.place(first + 1, frame);
+    if (part.kind === "connection" && count > 4 && !this.scene.schematic) return this.place(first + 4 + Math.floor((count - 4) / 2), frame);
+    if (part.kind === "fixation") return this.place(first, frame);
+    const step = Math.max(1, Math.floor(count / 60)), sum = [0, 0];
     let used = 0;
-    for (let i = 0; i < count; i += step, used++) { const p = this.place(first + i); sum = [sum[0] + p[0], sum[1] + p[1]]; }
-    return [sum[0] / used, sum[1] / used];
+    for (let i = 0; i < count; i += step, used++) this.place(first + i, frame).forEach((value, k) => { sum[k] += value; });
+    return sum.map((value) => value / used);
   }
   drawTriad(context, height) {
     const turn = this.camera.turn(), [x, y] = [44, height - 44];
@@ -351,9 +376,9 @@ class SceneView {
       context.fillText(name, x + 37 * turn[k] - 3, y - 37 * turn[3 + k]);
     });
   }
-  drawScale(context, width, height) {
-    const wanted = 130 / this.camera.zoom, power = 10 ** Math.floor(Math.log10(wanted));
-    const length = power * [5, 2, 1].find((step) => step * power <= wanted), drawn = length * this.camera.zoom;
+  drawScale(context, {camera, width, height}) {
+    const wanted = 130 / camera.zoom, power = 10 ** Math.floor(Math.log10(wanted));
+    const length = power * [5, 2, 1].find((step) => step * power <= wanted), drawn = length * camera.zoom;
     const right = width - 18, low = height - 18;
     context.strokeStyle = context.fillStyle = "#56646f"; context.lineWidth = 1.5;
     context.beginPath(); context.moveTo(right - drawn, low - 5); context.lineTo(right - drawn, low); context.lineTo(right, low); context.lineTo(right, low - 5); context.stroke();
