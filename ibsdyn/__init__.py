@@ -12,6 +12,7 @@ from ibsdyn.errors import (
     ExpressionError,
     ExtraMissingError,
     IbsdynError,
+    InterchangeError,
     MissingFileError,
     MissingRecordError,
     ModelError,
@@ -37,6 +38,7 @@ from ibsdyn.flexures import (
 )
 from ibsdyn.frequency_response import FrequencyResponse
 from ibsdyn.identification import DetectionLines, FrfEstimate, estimate_frf
+from ibsdyn.interchange import read_frf, write_frf, write_matrices, write_modes
 from ibsdyn.linear_system import LinearSystem
 from ibsdyn.mirror_optics import BeamPath, FlatMirror
 from ibsdyn.modal_estimation import ModalEstimate, estimate_modes
@@ -91,6 +93,7 @@ __all__ = [
     "FrfEstimate",
     "IbsdynError",
     "Inertia1D",
+    "InterchangeError",
     "LinearSystem",
     "MissingFileError",
     "MissingRecordError",
@@ -149,10 +152,14 @@ __all__ = [
     "orthogonal_multisines",
     "parallel_guide",
     "random_noise",
+    "read_frf",
     "read_record",
     "required_frequency",
     "required_stiffness",
     "swept_sine",
     "vibration_budget",
+    "write_frf",
+    "write_matrices",
+    "write_modes",
     "write_record",
 ]
