@@ -53,7 +53,8 @@ def run(given: argparse.Namespace) -> Outcome:
     results = Study(model, _samples(model, given), quantities).run(workers=given.workers, results=given.results)
     if given.plot is not None:
         write_figure(results.plot(), given.plot)
-    odds = results.odds()
+    # A sweep has no odds: its levels were chosen, not drawn.
+    odds = results.odds() if results.study.samples.random else ()
     data = {
         "variants": len(results.values),
         "failed": [str(failure) for failure in results.failed],

@@ -7,12 +7,12 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TypeVar
 
+from fem_import.whole_file import whole_file
 from ibsdyn.errors import InterchangeError, known_keywords, nearest
 from ibsdyn.frequency_response import FrequencyResponse
 from ibsdyn.interchange.frf_csv import read_csv, write_csv
 from ibsdyn.interchange.frf_uff import read_uff, write_uff
 from ibsdyn.interchange.matlab import write_frf_mat
-from ibsdyn.whole_file import whole_file
 
 _Function = TypeVar("_Function", bound=Callable[..., object])
 _WRITERS: Mapping[str, Callable[[FrequencyResponse, Path], None]] = {

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import scipy.io
 
+from fem_import.whole_file import whole_file
 from ibsdyn.errors import InterchangeError, known_keywords
 from ibsdyn.frequency_response import FrequencyResponse
 from ibsdyn.linear_system import LinearSystem
 from ibsdyn.signals import Input, Output
-from ibsdyn.whole_file import whole_file
 
 
 @known_keywords

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from fem_import.whole_file import whole_file
 from ibsdyn.components import FlexibleBody
 from ibsdyn.errors import InterchangeError, known_keywords
 from ibsdyn.interchange.extras import extra_package
 from ibsdyn.modes import Modes
-from ibsdyn.whole_file import whole_file
 
 _NORMAL_MODE, _SIX_DOF, _DISPLACEMENT = 2, 3, 8
 _LINE_COLOUR = 1

@@ -6,8 +6,8 @@ import os
 import stat
 from pathlib import Path
 
+from fem_import.whole_file import whole_file
 from ibsdyn.errors import MissingFileError, ModelFileError
-from ibsdyn.whole_file import whole_file
 
 # A model of ten thousand components has 2 MB.
 MAX_BYTES = 8 * 2**20
