@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ibsdyn.axes import Array
-from ibsdyn.plotting.bode import plain_hertz
+from ibsdyn.plotting.bode import plain_hertz, whole_decades
 from ibsdyn.psd import PSD, unit_of_psd
 
 if TYPE_CHECKING:
@@ -38,6 +38,7 @@ def plot_psd(psd: PSD, axes: Axes | None, label: str | None) -> Axes:
     axes.set_ylabel(f"PSD, one-sided [{unit_of_psd(psd.unit)}]")
     axes.grid(True, which="both", alpha=0.25, linewidth=0.5)
     plain_hertz(axes)
+    whole_decades(axes, psd.values)
     axes.legend(loc="best", fontsize="small")
     return axes
 
