@@ -10,15 +10,19 @@ from ibsdyn.errors import (
     AnalysisError,
     EngineError,
     ExcitationError,
+    ExpressionError,
     ExtraMissingError,
     IbsdynError,
+    MissingFileError,
     MissingRecordError,
     ModelError,
+    ModelFileError,
     ModelWarning,
     RecordError,
     RecordWarning,
     SimulationError,
     SimulationWarning,
+    StudyError,
     UnknownKeywordError,
     UnknownNameError,
 )
@@ -49,6 +53,9 @@ from ibsdyn.records.channel_table import Channel
 from ibsdyn.records.read import read_record
 from ibsdyn.records.write import write_record
 from ibsdyn.requirement import Requirement, RequirementResult
+from ibsdyn.sampling import Samples, Tolerance, full_factorial, latin_hypercube, monte_carlo, one_at_a_time, variants
+from ibsdyn.sensitivity import response_sensitivities, sensitivities
+from ibsdyn.sensitivity_results import ResponseSensitivities, Sensitivities
 from ibsdyn.shock import ShockSpectrum, half_sine, shock_response_spectrum, transient_response
 from ibsdyn.signals import BaseMotion, CombinedSensor, Force, Sensor, Stroke, Torque
 from ibsdyn.sizing import (
@@ -59,6 +66,8 @@ from ibsdyn.sizing import (
     required_stiffness,
 )
 from ibsdyn.state_space import StateSpace
+from ibsdyn.study import Study
+from ibsdyn.study_results import FailedVariant, Odds, StudyResults
 from ibsdyn.time_record import TimeRecord
 from ibsdyn.vibration_environments import floor_vibration, launch_vibration
 
@@ -80,7 +89,9 @@ __all__ = [
     "EngineError",
     "Excitation",
     "ExcitationError",
+    "ExpressionError",
     "ExtraMissingError",
+    "FailedVariant",
     "Fixation",
     "FlatMirror",
     "FlexibleBody",
@@ -91,16 +102,19 @@ __all__ = [
     "IbsdynError",
     "Inertia1D",
     "LinearSystem",
+    "MissingFileError",
     "MissingRecordError",
     "ModalEstimate",
     "ModeDamping",
     "ModeFrequency",
     "Model",
     "ModelError",
+    "ModelFileError",
     "ModelWarning",
     "Modes",
     "MotionReconstruction",
     "Multisine",
+    "Odds",
     "Orientation",
     "PeakResponse",
     "PiezoPlatform",
@@ -110,9 +124,12 @@ __all__ = [
     "Requirement",
     "RequirementResult",
     "ResponseAt",
+    "ResponseSensitivities",
     "RigidBody",
     "RmsResponse",
     "Run",
+    "Samples",
+    "Sensitivities",
     "Sensor",
     "ShockSpectrum",
     "SimulationError",
@@ -120,7 +137,11 @@ __all__ = [
     "StateSpace",
     "StiffnessShares",
     "Stroke",
+    "Study",
+    "StudyError",
+    "StudyResults",
     "TimeRecord",
+    "Tolerance",
     "Tone",
     "Torque",
     "UnknownKeywordError",
@@ -138,23 +159,30 @@ __all__ = [
     "estimate_frf",
     "estimate_modes",
     "floor_vibration",
+    "full_factorial",
     "guide_shortening",
     "half_sine",
+    "latin_hypercube",
     "launch_vibration",
     "leaf_spring",
     "mirror_deflection",
+    "monte_carlo",
     "motion_sensors",
     "multisine",
     "notch_hinge",
+    "one_at_a_time",
     "orthogonal_multisines",
     "parallel_guide",
     "random_noise",
     "read_record",
     "required_frequency",
     "required_stiffness",
+    "response_sensitivities",
+    "sensitivities",
     "shock_response_spectrum",
     "swept_sine",
     "transient_response",
+    "variants",
     "vibration_budget",
     "write_record",
 ]

@@ -199,7 +199,7 @@ def vibration_budget(
     right at any damping.
     """
     sensors, causes = checked_outputs(outputs), checked_disturbances(disturbances)
-    grid, limits = _grid(system, causes, band, hysteretic)
+    grid, limits = power_grid(system, causes, band, hysteretic)
     warn_of_frequencies_beyond(system._assembly, grid.frequencies)
     accumulated = _accumulate(system, sensors, causes, grid, limits, hysteretic)
     source_psd, source_cumulative, modal, carried = accumulated
@@ -229,9 +229,10 @@ def vibration_budget(
     )
 
 
-def _grid(
-    system: LinearSystem, causes: Sequence[AnyDisturbance], band: Sequence[float] | None, hysteretic: bool
+def power_grid(
+    system: LinearSystem, causes: Sequence[AnyDisturbance], band: Sequence[float] | None, hysteretic: bool = False
 ) -> tuple[ResonanceGrid, tuple[float, float]]:
+    """Return the grid on which the power of disturbances is integrated, and the band [Hz] that it covers."""
     psds = [psd for cause in causes if not isinstance(cause, Tone) for psd in cause.psds]
     tones = [cause.frequency for cause in causes if isinstance(cause, Tone)]
     if band is None:

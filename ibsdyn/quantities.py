@@ -220,7 +220,7 @@ class PeakResponse:
         return frequency, highest
 
 
-@dataclass(frozen=True, eq=False, init=False)
+@dataclass(frozen=True, init=False)
 class RmsResponse:
     """The RMS (one sigma) of an output under disturbances.
 
