@@ -77,6 +77,9 @@ def _draw_output(budget: VibrationBudget, o: int, limit: float | None, density: 
             density.loglog(budget.frequencies, budget.psd[o], color="black", linewidth=1.4, label="total")
         running = factor * np.sqrt(np.r_[0.0, budget.cumulative_power[o], budget.power[o]])
         cumulative.semilogx(f, running, color="black", linewidth=1.4, label="total")
+    if not budget.psd[o].any():
+        density.set_yscale("log")
+        density.text(0.5, 0.5, "tones have no density", transform=density.transAxes, ha="center", color="grey")
     verdict = ""
     if limit is not None:
         shown = f"limit {factor * limit:.3g} {unit}"
