@@ -25,6 +25,8 @@ from ibsdyn.resonance_grid import LEAST_RATIO, ResonanceGrid, checked_band, pole
 from ibsdyn.signals import Input, Output, checked_outputs
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from ibsdyn.linear_system import LinearSystem
 
 Complex = NDArray[np.complexfloating]
@@ -38,7 +40,7 @@ UNDAMPED_SHARE = 1e-6
 SHOWN = 5e-4
 CARRIED = "carried by the base"
 RIGID = "rigid-body motion"
-KINDS = ("source", "mode", "part")
+KINDS = ("source", "mode", "component", "part")
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,8 +94,9 @@ class VibrationBudget:
 
         Parameters
         ----------
-        by : "source", "mode" or "part". Parts are the directions of connections ("mount.kxx"), flexible bodies, and
-            besides them what the base carries along and rigid-body motions.
+        by : "source", "mode", "component" or "part". Components are connections and flexible bodies, parts the
+            directions of connections ("mount.kxx"); beside them stand what the base carries along and rigid-body
+            motions.
         output : name or number (from 0).
         source : count the power of this source only.
 
@@ -118,8 +121,11 @@ class VibrationBudget:
             powers = dict(zip(self.sources, self.source_power[row], strict=True))
             powers = powers if source is None else {source: powers[source]}
         else:
-            named = self._mode_power if by == "mode" else self._part_power
-            powers = {name: float(power[row, columns].sum()) for name, power in named.items()}
+            powers = {}
+            for name, power in (self._mode_power if by == "mode" else self._part_power).items():
+                # A component's name has no dot, the direction of a connection follows after one.
+                label = name.split(".")[0] if by == "component" else name
+                powers[label] = powers.get(label, 0.0) + float(power[row, columns].sum())
         total = float(self.source_power[row, columns].sum())
         shares = {name: float(power) / total if total else 0.0 for name, power in powers.items()}
         return dict(sorted(shares.items(), key=lambda item: -abs(item[1])))
@@ -156,6 +162,26 @@ class VibrationBudget:
         else:
             limits = {} if limit is None else {row: float(limit) for row in range(len(self.outputs))}
         return plot_budget(self, limits, axes)
+
+    def plot_shares(self, by: str = "part", output: str | int = 0, most: int = 10, axes: Axes | None = None) -> Axes:
+        """Draw the largest shares of an output's power as bars.
+
+        Parameters
+        ----------
+        by : as in ``shares``.
+        output : name or number (from 0).
+        most : how many bars.
+        axes : where to draw; a new figure if None.
+
+        Returns
+        -------
+        The matplotlib Axes drawn on.
+        """
+        from ibsdyn.plotting.budget import plot_shares
+
+        row = self._output(output)
+        title = f"{self.outputs[row]}: {self.rms[row]:.3g} {self.units[row]} RMS (1σ), share of the power by {by}"
+        return plot_shares(self.shares(by, row), title, most, axes)
 
     def _output(self, output: str | int) -> int:
         if isinstance(output, int) and -len(self.outputs) <= output < len(self.outputs):

@@ -155,7 +155,7 @@ def test_shares_add_up_and_sources_add_in_power():
     fan = ibs.Tone("fan", ibs.Force("box", "y", position=(0, 0, 0.3)), amplitude=0.02, frequency=48.0)
     budget = ibs.vibration_budget(system, [TILT, TOP], [floor, air, fan])
     for output in (0, "top"):
-        for by in ("source", "mode", "part"):
+        for by in ("source", "mode", "component", "part"):
             for source in (None, "floor", "air", "fan"):
                 assert sum(budget.shares(by, output, source).values()) == pytest.approx(1, abs=1e-8)
     alone = [ibs.vibration_budget(system, TOP, d, band=budget.band).power[0] for d in (floor, air, fan)]
@@ -361,6 +361,13 @@ def test_budget_prints_and_draws_what_it_says():
     with pytest.raises(ValueError, match=r"\(2, 2\)"):
         budget.plot(axes=axes[:1])
     plt.close("all")
+    bars = budget.plot_shares("component", most=3)
+    drawn = {t.get_text(): bar.get_width() for t, bar in zip(bars.get_yticklabels(), bars.patches, strict=True)}
+    assert len(drawn) == 3
+    assert drawn["flexure"] == pytest.approx(100 * budget.shares("part")["flexure.kxx"], abs=1.0)
+    for name, width in drawn.items():
+        parts = [share for part, share in budget.shares("part").items() if part.split(".")[0] == name]
+        assert width == pytest.approx(100 * sum(parts))
     with pytest.raises(ibs.UnknownNameError, match="Did you mean 'tilt'"):
         budget.shares("mode", "tild")
     with pytest.raises(ibs.AnalysisError, match="Did you mean 'part'"):
@@ -398,7 +405,7 @@ def test_random_assemblies_against_a_fine_grid(seed, damper):
     f = np.linspace(1, 200, 100_001)
     S = system.frf(floor.input, outputs, f).magnitude[:, 0] ** 2
     np.testing.assert_allclose(budget.source_power[:, 0], scipy.integrate.simpson(S, x=f, axis=1), rtol=1e-7)
-    for by in ("source", "mode", "part"):
+    for by in ("source", "mode", "component", "part"):
         for source in (None, "floor", "pair"):
             assert sum(budget.shares(by, 1, source).values()) == pytest.approx(1, abs=1e-9)
 
@@ -429,7 +436,7 @@ def test_flexible_body_locks_two_fixations_and_a_stroke():
     wanted = {"flexure", "mount.ky", "mount.kz", "mount.kxx", "mount.kyy", "mount.kzz", "glue.kx", "glue.ky", "glue.kz"}
     wanted |= {"glue.kxx", "glue.kyy", "stay.kx", "stay.kz", "carried by the base"}
     assert set(shares) == wanted
-    for by in ("source", "mode", "part"):
+    for by in ("source", "mode", "component", "part"):
         for source in (None, "floor", "roof", "piezo"):
             assert sum(budget.shares(by, 0, source).values()) == pytest.approx(1, abs=1e-8)
     f = np.unique(np.r_[np.linspace(*band, 300_001)])

@@ -64,6 +64,7 @@ FUNCTIONS = [
     ibs.Tone.__init__,
     ibs.vibration_budget,
     ibs.VibrationBudget.plot,
+    ibs.VibrationBudget.plot_shares,
     ibs.VibrationBudget.shares,
     ibs.ModeFrequency.__init__,
     ibs.ModeDamping.__init__,

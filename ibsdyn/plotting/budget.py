@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 MOST_SOURCES = 8
 # How far below its peak a PSD is drawn: antiresonances and the ends of bands go down to nothing.
 DECADES_SHOWN = 8
+# Shares below this are no bar that could be seen.
+LEAST_BAR = 5e-4
 # Sources below this share of the power would be a line on the axis.
 LEAST_SHARE = 1e-9
 # Without red, which is the limit's.
@@ -59,6 +61,28 @@ def plot_budget(budget: VibrationBudget, limits: Mapping[int, float], axes: np.n
     for o in range(n_out):
         _draw_output(budget, o, limits.get(o), grid[0, o], grid[1, o])
     return grid
+
+
+def plot_shares(shares: Mapping[str, float], title: str, most: int, axes: Axes | None) -> Axes:
+    """Draw shares, the largest first, as horizontal bars; see ``VibrationBudget.plot_shares``."""
+    shown = [(name, share) for name, share in shares.items() if abs(share) >= LEAST_BAR][:most]
+    if axes is None:
+        import matplotlib.pyplot as plt
+
+        _, axes = plt.subplots(figsize=(7.5, 1.4 + 0.34 * max(len(shown), 2)), layout="constrained")
+    percent = [100 * share for _, share in shown]
+    # What counteracts the rest is set apart.
+    bars = axes.barh(
+        range(len(shown)), percent, color=["tab:blue" if share >= 0 else "tab:grey" for share in percent], height=0.7
+    )
+    axes.bar_label(bars, [f"{share:.1f} %" for share in percent], padding=3, fontsize="small")
+    axes.set_yticks(range(len(shown)), [name for name, _ in shown])
+    axes.invert_yaxis()
+    axes.axvline(0.0, color="black", linewidth=0.8)
+    axes.margins(x=0.15)
+    axes.set_xlabel("share of the mean square [%]")
+    axes.set_title(title, fontsize="medium")
+    return axes
 
 
 def _draw_output(budget: VibrationBudget, o: int, limit: float | None, density: Axes, cumulative: Axes) -> None:
@@ -117,7 +141,8 @@ def _curves(budget: VibrationBudget, o: int) -> list[tuple[str, str, Array, Arra
     ]
     if rest:
         psd, power = (array[o, rest].sum(axis=0) for array in (budget.source_psd, budget.source_cumulative))
-        curves.append((f"{len(rest)} others", "grey", psd, power, float(powers[rest].sum())))
+        name = budget.sources[rest[0]] if len(rest) == 1 else f"{len(rest)} others"
+        curves.append((name, "grey", psd, power, float(powers[rest].sum())))
     return curves
 
 
