@@ -12,7 +12,10 @@ from ibsdyn.errors import (
     ExcitationError,
     ExpressionError,
     ExtraMissingError,
+    HistoryError,
+    HistoryWarning,
     IbsdynError,
+    InterchangeError,
     MissingFileError,
     MissingRecordError,
     ModelError,
@@ -20,6 +23,7 @@ from ibsdyn.errors import (
     ModelWarning,
     RecordError,
     RecordWarning,
+    ReportError,
     SimulationError,
     SimulationWarning,
     StudyError,
@@ -38,7 +42,9 @@ from ibsdyn.flexures import (
     parallel_guide,
 )
 from ibsdyn.frequency_response import FrequencyResponse
+from ibsdyn.history import Difference, History, Revision
 from ibsdyn.identification import DetectionLines, FrfEstimate, estimate_frf
+from ibsdyn.interchange import read_frf, write_frf, write_matrices, write_modes
 from ibsdyn.linear_system import LinearSystem
 from ibsdyn.mirror_optics import BeamPath, FlatMirror
 from ibsdyn.modal_estimation import ModalEstimate, estimate_modes
@@ -52,6 +58,7 @@ from ibsdyn.quantities import ModeDamping, ModeFrequency, PeakResponse, Quantity
 from ibsdyn.records.channel_table import Channel
 from ibsdyn.records.read import read_record
 from ibsdyn.records.write import write_record
+from ibsdyn.report import report
 from ibsdyn.requirement import Requirement, RequirementResult
 from ibsdyn.sampling import Samples, Tolerance, full_factorial, latin_hypercube, monte_carlo, one_at_a_time, variants
 from ibsdyn.sensitivity import response_sensitivities, sensitivities
@@ -85,6 +92,7 @@ __all__ = [
     "CorrelatedDisturbance",
     "CrossCheck",
     "DetectionLines",
+    "Difference",
     "Disturbance",
     "EngineError",
     "Excitation",
@@ -99,8 +107,12 @@ __all__ = [
     "Force",
     "FrequencyResponse",
     "FrfEstimate",
+    "History",
+    "HistoryError",
+    "HistoryWarning",
     "IbsdynError",
     "Inertia1D",
+    "InterchangeError",
     "LinearSystem",
     "MissingFileError",
     "MissingRecordError",
@@ -121,10 +133,12 @@ __all__ = [
     "Quantity",
     "RecordError",
     "RecordWarning",
+    "ReportError",
     "Requirement",
     "RequirementResult",
     "ResponseAt",
     "ResponseSensitivities",
+    "Revision",
     "RigidBody",
     "RmsResponse",
     "Run",
@@ -174,7 +188,9 @@ __all__ = [
     "orthogonal_multisines",
     "parallel_guide",
     "random_noise",
+    "read_frf",
     "read_record",
+    "report",
     "required_frequency",
     "required_stiffness",
     "response_sensitivities",
@@ -184,5 +200,8 @@ __all__ = [
     "transient_response",
     "variants",
     "vibration_budget",
+    "write_frf",
+    "write_matrices",
+    "write_modes",
     "write_record",
 ]

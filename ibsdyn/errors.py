@@ -41,6 +41,10 @@ class MissingFileError(ModelFileError, FileNotFoundError):
     """A file that is needed and not there."""
 
 
+class InterchangeError(IbsdynError, ValueError):
+    """A file of results that cannot be read or written."""
+
+
 class AnalysisError(IbsdynError, ValueError):
     """An analysis that is asked for something that has no answer."""
 
@@ -75,6 +79,18 @@ class MissingRecordError(RecordError, FileNotFoundError):
 
 class RecordWarning(UserWarning):
     """A suspicious record that is used all the same."""
+
+
+class HistoryError(IbsdynError, ValueError):
+    """A history file that is none or cannot be read, or an entry that it cannot take."""
+
+
+class HistoryWarning(UserWarning):
+    """A revision that is recorded with something missing."""
+
+
+class ReportError(IbsdynError, ValueError):
+    """A report that cannot be made as it was asked for."""
 
 
 class SimulationWarning(UserWarning):
