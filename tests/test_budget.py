@@ -154,6 +154,9 @@ def test_shares_add_up_and_sources_add_in_power():
     air = ibs.Disturbance("air", ibs.Force("box", (0, 1, 1), position=(0.1, 0, 0.3)), ([1, 400], [1e-4, 1e-6]))
     fan = ibs.Tone("fan", ibs.Force("box", "y", position=(0, 0, 0.3)), amplitude=0.02, frequency=48.0)
     budget = ibs.vibration_budget(system, [TILT, TOP], [floor, air, fan])
+    for row, sensor in enumerate((TILT, TOP)):
+        alone = ibs.RmsResponse(sensor, [floor, air, fan], budget.band).evaluate(system)
+        assert alone == pytest.approx(budget.rms[row], rel=1e-12)
     for output in (0, "top"):
         for by in ("source", "mode", "component", "part"):
             for source in (None, "floor", "air", "fan"):
@@ -271,6 +274,8 @@ def test_an_undamped_mode_is_refused_only_where_it_takes_part():
     inside = ibs.Disturbance("noise", ibs.Force("m", "x"), ibs.PSD.white(1.0, (1, 100), "N"))
     with pytest.raises(ibs.AnalysisError, match=r"mode 1 \(50 Hz\) has no damping"):
         ibs.vibration_budget(system, STRETCH, inside)
+    with pytest.raises(ibs.AnalysisError, match="the RMS is infinite"):
+        ibs.RmsResponse(STRETCH, inside).evaluate(system)
     below = ibs.Disturbance("noise", ibs.Force("m", "x"), ibs.PSD.white(1.0, (1, 20), "N"))
     f, w0 = np.linspace(1, 20, 4001), 2 * np.pi * 50
     expected = scipy.integrate.simpson(1 / (2.0 * (w0**2 - (2 * np.pi * f) ** 2)) ** 2, x=f)
@@ -281,7 +286,9 @@ def test_an_undamped_mode_is_refused_only_where_it_takes_part():
     for name, k, zeta in (("across", (0, 4e4, 0, 0, 0, 0), 0.0), ("along", (1e5, 0, 1e5, 10, 10, 10), 0.01)):
         model.connection(name, "wall", "m", position1=(0, 0, 0), stiffness=k, zeta=zeta)
     along = ibs.Disturbance("noise", ibs.Force("m", "x"), ibs.PSD.white(1.0, (1, 100), "N"))
-    assert ibs.vibration_budget(model.linearize(), ibs.Sensor("m", "x"), along).rms[0] > 0
+    rms = ibs.RmsResponse(ibs.Sensor("m", "x"), along).evaluate(model.linearize())
+    assert rms == pytest.approx(ibs.vibration_budget(model.linearize(), ibs.Sensor("m", "x"), along).rms[0])
+    assert rms > 0
 
 
 def test_dampers_and_complex_stiffness():
