@@ -43,7 +43,7 @@ from ibsdyn.psd import PSD
 from ibsdyn.quantities import ModeDamping, ModeFrequency, PeakResponse, Quantity, ResponseAt, RmsResponse
 from ibsdyn.records.channel_table import Channel
 from ibsdyn.records.read import read_record
-from ibsdyn.report import report
+from ibsdyn.reporting import report
 from ibsdyn.requirement import Requirement, RequirementResult
 from ibsdyn.requirements import required_stiffness
 from ibsdyn.signals import BaseMotion, Force, Sensor, Stroke, Torque

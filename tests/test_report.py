@@ -17,7 +17,7 @@ import pytest
 import ibsdyn as ibs
 from fem_import.display import DisplayMesh
 from ibsdyn.picture.thinning import crease_edges, thinned
-from ibsdyn.report.html import number
+from ibsdyn.reporting.html import number
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 # A name has no dot; nothing else is forbidden.

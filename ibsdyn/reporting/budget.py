@@ -11,8 +11,8 @@ from ibsdyn.budget import VibrationBudget, vibration_budget
 from ibsdyn.errors import IbsdynError
 from ibsdyn.linear_system import LinearSystem
 from ibsdyn.model import Model
-from ibsdyn.report.html import ZOOM, Cell, number, paragraph, table, with_unit
-from ibsdyn.report.packing import packed
+from ibsdyn.reporting.html import ZOOM, Cell, number, paragraph, table, with_unit
+from ibsdyn.reporting.packing import packed
 
 # Shares of power below this are not told.
 SHOWN_SHARE = 0.005

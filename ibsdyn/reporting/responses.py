@@ -15,7 +15,7 @@ from ibsdyn.frequency_response import FrequencyResponse, unit_ratio
 from ibsdyn.identification.frf_estimate import FrfEstimate
 from ibsdyn.linear_system import LinearSystem
 from ibsdyn.model import Model
-from ibsdyn.report.packing import packed
+from ibsdyn.reporting.packing import packed
 from ibsdyn.resonance_grid import poles, resonance_grid
 from ibsdyn.signals import Input, Sensor
 

@@ -13,7 +13,7 @@ from ibsdyn.errors import ModelError
 from ibsdyn.model import Model
 from ibsdyn.modes import Modes
 from ibsdyn.picture import Shape, arrow, lined_up_shapes, shapes_in_space
-from ibsdyn.report.packing import packed
+from ibsdyn.reporting.packing import packed
 from ibsdyn.signals import Input, Sensor, Stroke, Torque
 
 # What keeps a page with twenty modes of fine meshes below a few megabytes.

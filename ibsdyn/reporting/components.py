@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from ibsdyn.axes import INERTIA_NAMES, STIFFNESS_NAMES
 from ibsdyn.components import Connection, Fixation, FlexibleBody, Inertia1D, RigidBody
 from ibsdyn.model import Model
-from ibsdyn.report.html import Cell, number, point, table
+from ibsdyn.reporting.html import Cell, number, point, table
 
 
 def component_tables(model: Model) -> str:

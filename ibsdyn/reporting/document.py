@@ -23,16 +23,16 @@ from ibsdyn.history import History
 from ibsdyn.model import Model
 from ibsdyn.modes import Modes
 from ibsdyn.provenance import fidelity_of, input_hash, versions
-from ibsdyn.report.budget import budget_data, budget_of, budget_section
-from ibsdyn.report.comparison import comparison_section
-from ibsdyn.report.components import component_tables
-from ibsdyn.report.history import history_data, history_section
-from ibsdyn.report.html import ZOOM, Cell, Section, listed, number, paragraph, table
-from ibsdyn.report.modes import mode_data, mode_section
-from ibsdyn.report.packing import json_for_script
-from ibsdyn.report.requirements import checked_requirements, requirement_section
-from ibsdyn.report.responses import comparison_data, default_band, labels, response_data
-from ibsdyn.report.scene import scene_data
+from ibsdyn.reporting.budget import budget_data, budget_of, budget_section
+from ibsdyn.reporting.comparison import comparison_section
+from ibsdyn.reporting.components import component_tables
+from ibsdyn.reporting.history import history_data, history_section
+from ibsdyn.reporting.html import ZOOM, Cell, Section, listed, number, paragraph, table
+from ibsdyn.reporting.modes import mode_data, mode_section
+from ibsdyn.reporting.packing import json_for_script
+from ibsdyn.reporting.requirements import checked_requirements, requirement_section
+from ibsdyn.reporting.responses import comparison_data, default_band, labels, response_data
+from ibsdyn.reporting.scene import scene_data
 
 
 @known_keywords
@@ -134,7 +134,7 @@ def _page(
         sections.append(Section("history", "History", history_section(history)))
     made = datetime.now(timezone.utc)
     sections.append(Section("origin", "Where this comes from", _origin(model, others, names)))
-    assets = resources.files("ibsdyn.report") / "assets"
+    assets = resources.files("ibsdyn.reporting") / "assets"
     script = "\n".join((assets / name).read_text(encoding="utf-8") for name in ("scene.js", "charts.js", "page.js"))
     digest = base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii")
     return Template((assets / "page.html").read_text(encoding="utf-8")).substitute(

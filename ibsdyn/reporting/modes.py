@@ -8,7 +8,7 @@ from typing import Any
 
 from ibsdyn.axes import Array
 from ibsdyn.modes import Modes
-from ibsdyn.report.html import Cell, number, paragraph, table
+from ibsdyn.reporting.html import Cell, number, paragraph, table
 
 # Shares of energy below this are left out of the bars.
 SHOWN_SHARE = 0.005
