@@ -4,6 +4,7 @@ from ibsdyn.accelerometers import Accelerometer, accelerometer_record, bracket, 
 from ibsdyn.budget import VibrationBudget, vibration_budget
 from ibsdyn.comparison import Comparison, compare
 from ibsdyn.components import Connection, Fixation, FlexibleBody, Inertia1D, RigidBody
+from ibsdyn.cross_check import CrossCheck, cross_check
 from ibsdyn.disturbances import CorrelatedDisturbance, Disturbance, Tone
 from ibsdyn.errors import (
     AnalysisError,
@@ -24,15 +25,26 @@ from ibsdyn.errors import (
     ReportError,
     SimulationError,
     SimulationWarning,
+    StudyError,
     UnknownKeywordError,
     UnknownNameError,
 )
 from ibsdyn.excitation import Excitation, burst_random, random_noise, swept_sine
 from ibsdyn.experiment import Campaign, Run
+from ibsdyn.flexures import (
+    FlexureStiffness,
+    cross_flexure,
+    cross_flexure_rotation,
+    guide_shortening,
+    leaf_spring,
+    notch_hinge,
+    parallel_guide,
+)
 from ibsdyn.frequency_response import FrequencyResponse
 from ibsdyn.history import Difference, History, Revision
 from ibsdyn.identification import DetectionLines, FrfEstimate, estimate_frf
 from ibsdyn.linear_system import LinearSystem
+from ibsdyn.mirror_optics import BeamPath, FlatMirror
 from ibsdyn.modal_estimation import ModalEstimate, estimate_modes
 from ibsdyn.model import Model
 from ibsdyn.modes import Modes
@@ -43,11 +55,24 @@ from ibsdyn.psd import PSD
 from ibsdyn.quantities import ModeDamping, ModeFrequency, PeakResponse, Quantity, ResponseAt, RmsResponse
 from ibsdyn.records.channel_table import Channel
 from ibsdyn.records.read import read_record
+from ibsdyn.records.write import write_record
 from ibsdyn.reporting import report
 from ibsdyn.requirement import Requirement, RequirementResult
-from ibsdyn.requirements import required_stiffness
-from ibsdyn.signals import BaseMotion, Force, Sensor, Stroke, Torque
+from ibsdyn.sampling import Samples, Tolerance, full_factorial, latin_hypercube, monte_carlo, one_at_a_time, variants
+from ibsdyn.sensitivity import response_sensitivities, sensitivities
+from ibsdyn.sensitivity_results import ResponseSensitivities, Sensitivities
+from ibsdyn.shock import ShockSpectrum, half_sine, shock_response_spectrum, transient_response
+from ibsdyn.signals import BaseMotion, CombinedSensor, Force, Sensor, Stroke, Torque
+from ibsdyn.sizing import (
+    StiffnessShares,
+    distribute_stiffness,
+    mirror_deflection,
+    required_frequency,
+    required_stiffness,
+)
 from ibsdyn.state_space import StateSpace
+from ibsdyn.study import Study
+from ibsdyn.study_results import FailedVariant, Odds, StudyResults
 from ibsdyn.time_record import TimeRecord
 from ibsdyn.vibration_environments import floor_vibration, launch_vibration
 
@@ -56,11 +81,14 @@ __all__ = [
     "Accelerometer",
     "AnalysisError",
     "BaseMotion",
+    "BeamPath",
     "Campaign",
     "Channel",
+    "CombinedSensor",
     "Comparison",
     "Connection",
     "CorrelatedDisturbance",
+    "CrossCheck",
     "DetectionLines",
     "Difference",
     "Disturbance",
@@ -69,8 +97,11 @@ __all__ = [
     "ExcitationError",
     "ExpressionError",
     "ExtraMissingError",
+    "FailedVariant",
     "Fixation",
+    "FlatMirror",
     "FlexibleBody",
+    "FlexureStiffness",
     "Force",
     "FrequencyResponse",
     "FrfEstimate",
@@ -92,6 +123,7 @@ __all__ = [
     "Modes",
     "MotionReconstruction",
     "Multisine",
+    "Odds",
     "Orientation",
     "PeakResponse",
     "PiezoPlatform",
@@ -102,16 +134,25 @@ __all__ = [
     "Requirement",
     "RequirementResult",
     "ResponseAt",
+    "ResponseSensitivities",
     "Revision",
     "RigidBody",
     "RmsResponse",
     "Run",
+    "Samples",
+    "Sensitivities",
     "Sensor",
+    "ShockSpectrum",
     "SimulationError",
     "SimulationWarning",
     "StateSpace",
+    "StiffnessShares",
     "Stroke",
+    "Study",
+    "StudyError",
+    "StudyResults",
     "TimeRecord",
+    "Tolerance",
     "Tone",
     "Torque",
     "UnknownKeywordError",
@@ -122,17 +163,38 @@ __all__ = [
     "bracket",
     "burst_random",
     "compare",
+    "cross_check",
+    "cross_flexure",
+    "cross_flexure_rotation",
+    "distribute_stiffness",
     "estimate_frf",
     "estimate_modes",
     "floor_vibration",
+    "full_factorial",
+    "guide_shortening",
+    "half_sine",
+    "latin_hypercube",
     "launch_vibration",
+    "leaf_spring",
+    "mirror_deflection",
+    "monte_carlo",
     "motion_sensors",
     "multisine",
+    "notch_hinge",
+    "one_at_a_time",
     "orthogonal_multisines",
+    "parallel_guide",
     "random_noise",
     "read_record",
     "report",
+    "required_frequency",
     "required_stiffness",
+    "response_sensitivities",
+    "sensitivities",
+    "shock_response_spectrum",
     "swept_sine",
+    "transient_response",
+    "variants",
     "vibration_budget",
+    "write_record",
 ]

@@ -22,7 +22,7 @@ from ibsdyn.harmonic import carried_response, modal_response
 from ibsdyn.psd import require_band_overlap
 from ibsdyn.reduction_trust import warn_of_frequencies_beyond
 from ibsdyn.resonance_grid import LEAST_RATIO, ResonanceGrid, checked_band, poles, resonance_grid
-from ibsdyn.signals import Input, Sensor, checked_outputs
+from ibsdyn.signals import Input, Output, checked_outputs
 
 if TYPE_CHECKING:
     from ibsdyn.linear_system import LinearSystem
@@ -168,7 +168,7 @@ class VibrationBudget:
 @known_keywords
 def vibration_budget(
     system: LinearSystem,
-    outputs: Sensor | Sequence[Sensor],
+    outputs: Output | Sequence[Output],
     disturbances: AnyDisturbance | Sequence[AnyDisturbance],
     band: Sequence[float] | None = None,
     hysteretic: bool = False,
@@ -178,7 +178,7 @@ def vibration_budget(
     Parameters
     ----------
     system : from ``model.linearize()``.
-    outputs : Sensor, one or several.
+    outputs : Sensor or CombinedSensor, one or several.
     disturbances : Disturbance, CorrelatedDisturbance, Tone; one or several. They are independent of each other and
         add in power.
     band : (lower, upper) over which power is counted [Hz]; all that the disturbances reach if None.
@@ -199,7 +199,7 @@ def vibration_budget(
     right at any damping.
     """
     sensors, causes = checked_outputs(outputs), checked_disturbances(disturbances)
-    grid, limits = _grid(system, causes, band, hysteretic)
+    grid, limits = power_grid(system, causes, band, hysteretic)
     warn_of_frequencies_beyond(system._assembly, grid.frequencies)
     accumulated = _accumulate(system, sensors, causes, grid, limits, hysteretic)
     source_psd, source_cumulative, modal, carried = accumulated
@@ -229,9 +229,10 @@ def vibration_budget(
     )
 
 
-def _grid(
-    system: LinearSystem, causes: Sequence[AnyDisturbance], band: Sequence[float] | None, hysteretic: bool
+def power_grid(
+    system: LinearSystem, causes: Sequence[AnyDisturbance], band: Sequence[float] | None, hysteretic: bool = False
 ) -> tuple[ResonanceGrid, tuple[float, float]]:
+    """Return the grid on which the power of disturbances is integrated, and the band [Hz] that it covers."""
     psds = [psd for cause in causes if not isinstance(cause, Tone) for psd in cause.psds]
     tones = [cause.frequency for cause in causes if isinstance(cause, Tone)]
     if band is None:
@@ -254,7 +255,7 @@ def _correlation_kinks(cause: AnyDisturbance) -> Sequence[float]:
 
 def _accumulate(
     system: LinearSystem,
-    sensors: Sequence[Sensor],
+    sensors: Sequence[Output],
     causes: Sequence[AnyDisturbance],
     grid: ResonanceGrid,
     limits: tuple[float, float],
@@ -297,7 +298,7 @@ def _accumulate(
 def _cross_powers(
     system: LinearSystem,
     inputs: Sequence[Input],
-    sensors: Sequence[Sensor],
+    sensors: Sequence[Output],
     hertz: Array,
     spectra: Complex,
     weights: Array,

@@ -45,6 +45,10 @@ class AnalysisError(IbsdynError, ValueError):
     """An analysis that is asked for something that has no answer."""
 
 
+class StudyError(IbsdynError, RuntimeError):
+    """A study that cannot go on: its results file belongs to another one, or its workers died."""
+
+
 class EngineError(IbsdynError, RuntimeError):
     """Exudyn refused a model or gave back matrices that contradict it."""
 

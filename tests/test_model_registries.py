@@ -51,7 +51,7 @@ def test_the_wrong_kind_is_refused(model):
         model.add_input(ibs.Sensor("block", "x"))
     with pytest.raises(ibs.ModelError, match="outputs must be Sensor"):
         model.add_sensor(ibs.Force("block", "x"))
-    with pytest.raises(ibs.ModelError, match=r"takes an ibs\.Disturbance, got 3"):
+    with pytest.raises(ibs.ModelError, match=r"must be Disturbance, Corr.* got 3"):
         model.add_disturbance(3)
     with pytest.raises(ibs.ModelError, match=r"takes an ibs\.Requirement, got 'stiff'"):
         model.add_requirement("stiff")
@@ -68,8 +68,10 @@ def test_remove_finds_them_and_answers_with_the_nearest(model):
 def test_check_names_signals_that_the_model_cannot_use(model):
     model.add_sensor(ibs.Sensor("blok", "x", name="Y1"))
     model.add_input(ibs.BaseMotion("block", "x", name="shake"))
+    push = ibs.Force("blokc", "x")
+    model.add_disturbance(ibs.Disturbance("noise", push, ibs.PSD.white(1.0, (1.0, 10.0), "N")))
     found = model.check()
-    assert any("Did you mean 'block'" in words for words in found)
+    assert sum("Did you mean 'block'" in words for words in found) == 2
     assert any("'block' is not a fixation" in words for words in found)
 
 

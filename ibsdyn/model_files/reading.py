@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,7 +12,9 @@ from typing import Any
 from ibsdyn.errors import ExpressionError, ModelFileError, nearest
 from ibsdyn.expressions import evaluate_all
 from ibsdyn.model import Model
+from ibsdyn.model_files.component_tables import component_rows
 from ibsdyn.model_files.components import COMPONENTS, ITEMS, add_component
+from ibsdyn.model_files.disturbances import read_disturbance
 from ibsdyn.model_files.requirements import read_requirement
 from ibsdyn.model_files.signals import read_input, read_sensor
 from ibsdyn.model_files.table import Table
@@ -22,9 +25,12 @@ if sys.version_info >= (3, 11):
 else:  # the same parser, for the Python before it was built in
     import tomli as tomllib
 
-REGISTRIES = ("input", "sensor", "requirement")
+_Row = tuple[str, str, Table]
+REGISTRIES = ("input", "sensor", "disturbance", "requirement")
 KNOWN_TABLES = ("model", "parameters", *COMPONENTS, *REGISTRIES)
-_MODEL_KEYS = ("name", "axis", "order")
+_MAX_DOTS = 20
+_QUOTED_PART = re.compile(r"[\"'][ \t]*\.")
+_MODEL_KEYS = ("name", "axis", "order", "tables")
 
 
 def read_model(path: str | os.PathLike[str], allow_outside: bool = False) -> Model:
@@ -40,6 +46,7 @@ def parsed(text: str, name: str) -> dict[str, Any]:
     ------
     ModelFileError : no TOML; the message has the line.
     """
+    _refuse_deep_keys(text, name)
     try:
         document: dict[str, Any] = tomllib.loads(text)
         return document
@@ -83,16 +90,23 @@ def model_of(document: Mapping[str, Any], source: Path, allow_outside: bool = Fa
         model = Model(
             head.text("name") if "name" in head else source.stem, head.text("axis") if "axis" in head else None
         )
-    for kind, name, values in _ordered_items({kind: named(kind) for kind in document if kind in ITEMS}, head):
+    rows = _table_rows(head, model.axis, parameters, folder, allow_outside)
+    listed = [(kind, name, values) for kind in document if kind in ITEMS for name, values in named(kind).items()]
+    listed += [row for row in rows if row[0] != "connection"]
+    for kind, name, values in _ordered(listed, head):
         add_component(model, kind, name, values)
-    for name, values in named("connection").items():
-        add_component(model, "connection", name, values)
+    listed = [("connection", name, values) for name, values in named("connection").items()]
+    for kind, name, values in (*listed, *(row for row in rows if row[0] == "connection")):
+        add_component(model, kind, name, values)
     for name, values in named("input").items():
         with values.placed_errors():
             model.add_input(read_input(name, values))
     for name, values in named("sensor").items():
         with values.placed_errors():
             model.add_sensor(read_sensor(name, values))
+    for name, values in named("disturbance").items():
+        with values.placed_errors():
+            model.add_disturbance(read_disturbance(name, values, model))
     for name, values in named("requirement").items():
         with values.placed_errors():
             model.add_requirement(read_requirement(name, values, model))
@@ -110,9 +124,24 @@ def _parameters(document: Mapping[str, Any], name: str) -> dict[str, float]:
         raise ModelFileError(f"{listed.where} {error}") from None
 
 
-def _ordered_items(kinds: Mapping[str, Mapping[str, Table]], head: Table) -> list[tuple[str, str, Table]]:
+def _table_rows(
+    head: Table, axis: str | None, parameters: Mapping[str, float], folder: Path, allow_outside: bool
+) -> list[_Row]:
+    """Components in tables that the file refers to."""
+    listed = head.values.get("tables", [])
+    paths = [listed] if isinstance(listed, str) else listed
+    if not isinstance(paths, list):
+        raise head.error("tables", f'must name files, as tables = ["bodies.csv"], got {listed!r}.')
+    rows: list[_Row] = []
+    for given in paths:
+        path = head.with_value("tables", given).path("tables")
+        with head.placed_errors():
+            rows += component_rows(path, axis, None, parameters, folder, allow_outside)
+    return rows
+
+
+def _ordered(listed: list[_Row], head: Table) -> list[_Row]:
     """Fixations and bodies in the order of [model] order, or as the file has them, kind by kind."""
-    listed = [(kind, name, values) for kind, tables in kinds.items() for name, values in tables.items()]
     if "order" not in head:
         return listed
     order = head.values["order"]
@@ -126,6 +155,18 @@ def _ordered_items(kinds: Mapping[str, Mapping[str, Table]], head: Table) -> lis
 
 def _shown(name: str) -> str:
     return name if name.replace("_", "").replace("-", "").isalnum() and name.isascii() else f'"{name}"'
+
+
+def _refuse_deep_keys(text: str, name: str) -> None:
+    """Refuse keys of very many parts: the parser's time grows with the square of their number."""
+    for number, line in enumerate(text.split("\n"), 1):
+        if line.count(".") <= _MAX_DOTS:
+            continue
+        before = line.split("=")
+        keys = before if line.lstrip().startswith("[") else before[:-1]
+        bare = max(part.count(".") for key in keys for part in key.split(",")) if keys else 0
+        if max(bare, len(_QUOTED_PART.findall(line))) > _MAX_DOTS:
+            raise ModelFileError(f"{name}: line {number} has a key of more than {_MAX_DOTS} parts.")
 
 
 def _hint(text: str, error: Exception) -> str:

@@ -3,23 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, TypeVar
+from typing import Any
 
-from ibsdyn.errors import ModelFileError, nearest
+from ibsdyn.disturbances import AnyDisturbance
+from ibsdyn.errors import ModelFileError
 from ibsdyn.model import Model
-from ibsdyn.model_files.signals import read_input, read_sensor, written_input, written_sensor
+from ibsdyn.model_files.signals import named_entry, read_output, read_source, written_output, written_source
 from ibsdyn.model_files.table import Table
-from ibsdyn.quantities import ModeDamping, ModeFrequency, PeakResponse, Quantity, ResponseAt
+from ibsdyn.quantities import ModeDamping, ModeFrequency, PeakResponse, Quantity, ResponseAt, RmsResponse
 from ibsdyn.requirement import SENSES, Requirement
-from ibsdyn.signals import Input, Sensor
+from ibsdyn.signals import Input, Output
 
 QUANTITIES: Mapping[str, tuple[Callable[..., Quantity], tuple[str, ...]]] = {
     "mode_frequency": (ModeFrequency, ("mode",)),
     "mode_damping": (ModeDamping, ("mode",)),
     "response_at": (ResponseAt, ("input", "output", "frequency")),
     "peak_response": (PeakResponse, ("input", "output", "band")),
+    "rms_response": (RmsResponse, ("output", "disturbances", "band")),
 }
-_Signal = TypeVar("_Signal")
 _KEYS = ("limit", "sense", "quantity", "quantity_name")
 
 
@@ -31,6 +32,8 @@ def read_requirement(name: str, table: Table, model: Model) -> Requirement:
         given: dict[str, Any] = {}
         for key in keys:
             if key not in table:
+                if (kind, key) == (RmsResponse, "band"):
+                    continue  # all that the disturbances reach
                 raise table.error(key, "is missing.")
             given[key] = _read(table, key, model)
         if "quantity_name" in table:
@@ -49,7 +52,10 @@ def written_requirement(requirement: Requirement, model: Model) -> dict[str, Any
     quantity: Any = requirement.quantity
     for word, (kind, keys) in QUANTITIES.items():
         if type(quantity) is kind:
-            values = {key: _written(getattr(quantity, key), model) for key in keys}
+            values = {key: _written(getattr(quantity, key), model) for key in keys if key != "disturbances"}
+            if isinstance(quantity, RmsResponse):
+                values["disturbances"] = _disturbance_names(quantity, model)
+            values = {key: value for key, value in values.items() if value is not None}
             unnamed = kind(**{key: getattr(quantity, key) for key in keys})
             named = {} if unnamed.name == quantity.name else {"quantity_name": quantity.name}
             return {"quantity": word, **values, **named, "sense": requirement.sense, "limit": requirement.limit}
@@ -59,41 +65,37 @@ def written_requirement(requirement: Requirement, model: Model) -> dict[str, Any
     )
 
 
-def read_source(table: Table, key: str, model: Model) -> Input:
-    """Return an input: one of the model by its name, or one in a table of its own."""
-    if isinstance(table.values[key], dict):
-        inner = table.inner(key)
-        return read_input(inner.text("name"), inner.without("name"))
-    return _named(table, key, model.inputs)
-
-
-def written_source(signal: Input, model: Model) -> Any:
-    """Return the name of an input that the model has, or a table of one that it does not have."""
-    return signal.name if model.inputs.get(signal.name) == signal else {"name": signal.name, **written_input(signal)}
-
-
 def _read(table: Table, key: str, model: Model) -> Any:
     if key == "input":
         return read_source(table, key, model)
     if key == "output":
-        if isinstance(table.values[key], dict):
-            inner = table.inner(key)
-            return read_sensor(inner.text("name"), inner.without("name"))
-        return _named(table, key, model.sensors)
+        return read_output(table, key, model)
+    if key == "disturbances":
+        return _disturbances(table, key, model)
     return table.values[key] if key == "mode" else table.numeric(key)
 
 
 def _written(value: Any, model: Model) -> Any:
-    if isinstance(value, Sensor):
-        known = model.sensors.get(value.name) == value
-        return value.name if known else {"name": value.name, **written_sensor(value)}
+    if isinstance(value, Output):
+        return written_output(value, model)
     if isinstance(value, Input):
         return written_source(value, model)
     return list(value) if isinstance(value, tuple) else value
 
 
-def _named(table: Table, key: str, known: Mapping[str, _Signal]) -> _Signal:
-    name = table.text(key)
-    if name not in known:
-        raise table.error(key, f"{name!r} is not in the file. {nearest(name, known)}")
-    return known[name]
+def _disturbances(table: Table, key: str, model: Model) -> list[AnyDisturbance]:
+    names = table.values[key]
+    listed = [names] if isinstance(names, str) else names
+    if not isinstance(listed, list) or not listed:
+        raise table.error(key, f"must name disturbances of the file, got {names!r}.")
+    return [named_entry(table.with_value(key, name), key, model.disturbances) for name in listed]
+
+
+def _disturbance_names(quantity: RmsResponse, model: Model) -> list[str]:
+    for disturbance in quantity.disturbances:
+        if model.disturbances.get(disturbance.name) != disturbance:
+            raise ModelFileError(
+                f"quantity {quantity.name!r}: its disturbance {disturbance.name!r} is not in the model; add it by "
+                "add_disturbance(...), so that the file can name it."
+            )
+    return [disturbance.name for disturbance in quantity.disturbances]

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from fem_import.errors import FemImportError
-from ibsdyn.errors import ExpressionError, IbsdynError, ModelFileError, nearest
+from ibsdyn.errors import ExpressionError, ExtraMissingError, IbsdynError, ModelFileError, nearest
 from ibsdyn.expressions import evaluate
 
 # Axes are lists of lists of numbers; nothing is deeper.
@@ -60,9 +60,15 @@ class Table:
 
     def inner(self, key: str, values: object | None = None) -> Table:
         """Return a table inside this one; ``values`` where it is not simply that of the key."""
-        place = f"{self.where} {key}:"
+        place = f"{self.where} {key}"
+        if values is None and key not in self.values:
+            raise self.error(key, "is missing.")
         found = self.values[key] if values is None else values
         return Table(place, found, self._parameters, self._folder, self._allow_outside)
+
+    def with_value(self, key: str, value: Any) -> Table:
+        """Return the same table with another value for a key: one entry of a list, say."""
+        return Table(self.where, {**self.values, key: value}, self._parameters, self._folder, self._allow_outside)
 
     def without(self, key: str) -> Table:
         """Return the same table without one of its keys."""
@@ -127,7 +133,7 @@ class Table:
         """Put the place before the words of errors that arise inside."""
         try:
             yield
-        except ModelFileError:
+        except (ModelFileError, ExtraMissingError):
             raise
         except (IbsdynError, FemImportError, OSError) as error:
             raise ModelFileError(f"{self.where} {error}") from error

@@ -16,6 +16,7 @@ from fem_import.errors import FemImportError
 from ibsdyn.components import GLOBAL_AXES, Connection, Fixation, FlexibleBody, Inertia1D, Item
 from ibsdyn.errors import ModelFileError
 from ibsdyn.model import Model
+from ibsdyn.model_files.disturbances import written_disturbance
 from ibsdyn.model_files.requirements import written_requirement
 from ibsdyn.model_files.signals import written_input, written_sensor
 from ibsdyn.model_files.text_file import checked_path, write_text
@@ -46,6 +47,7 @@ def written_tables(model: Model) -> dict[str, Any]:
         "connection": {name: _connection(connection) for name, connection in model.connections.items()},
         "input": {name: written_input(signal) for name, signal in model.inputs.items()},
         "sensor": {name: written_sensor(sensor) for name, sensor in model.sensors.items()},
+        "disturbance": {name: written_disturbance(d, model) for name, d in model.disturbances.items()},
         "requirement": {name: written_requirement(r, model) for name, r in model.requirements.items()},
     }
     return tables | {kind: named for kind, named in groups.items() if named}
@@ -124,7 +126,11 @@ def _write_body(body: ReducedBody, path: Path) -> None:
 def _toml_table(values: Mapping[str, Any]) -> tomlkit.items.Table:
     table = tomlkit.table()
     for key, value in values.items():
-        table.add(tomlkit.key(key), _toml_value(value))
+        if not isinstance(value, dict):
+            table.add(tomlkit.key(key), _toml_value(value))
+    for key, value in values.items():  # tables inside come last: what follows one would belong to it
+        if isinstance(value, dict):
+            table.add(tomlkit.key(key), _toml_table(value))
     return table
 
 

@@ -14,7 +14,7 @@ from ibsdyn.model import Model
 from ibsdyn.modes import Modes
 from ibsdyn.picture import Shape, arrow, lined_up_shapes, shapes_in_space
 from ibsdyn.reporting.packing import packed
-from ibsdyn.signals import Input, Sensor, Stroke, Torque
+from ibsdyn.signals import CombinedSensor, Input, Sensor, Stroke, Torque
 
 # What keeps a page with twenty modes of fine meshes below a few megabytes.
 MOST_POINTS = 6000
@@ -89,16 +89,16 @@ def _parts(shapes: Iterable[Shape]) -> list[dict[str, Any]]:
 
 def _arrows(assembly: Assembly, model: Model) -> list[Shape]:
     arrows = []
-    signals: list[tuple[str, Input | Sensor]] = [
-        *(("input", signal) for signal in model.inputs.values()),
-        *(("sensor", sensor) for sensor in model.sensors.values()),
-    ]
-    for kind, signal in signals:
+    signals: list[tuple[str, str, Input | Sensor]] = [(name, "input", signal) for name, signal in model.inputs.items()]
+    for name, sensor in model.sensors.items():
+        parts = [part for _, part in sensor.parts] if isinstance(sensor, CombinedSensor) else [sensor]
+        signals += [(name, "sensor", part) for part in parts]
+    for name, kind, signal in signals:
         try:
             item, place, direction, turns = _where(assembly, signal)
         except ModelError:
             continue  # a signal that this model does not have: model.check() tells, and the page prints that
-        arrows.append(arrow(assembly, signal.name, kind, item, place, direction, turns))
+        arrows.append(arrow(assembly, name, kind, item, place, direction, turns))
     return arrows
 
 
