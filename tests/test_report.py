@@ -9,11 +9,13 @@ import re
 import shutil
 import subprocess
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import fem_import as fi
 import ibsdyn as ibs
 from fem_import.display import DisplayMesh
 from ibsdyn.picture.thinning import crease_edges, thinned
@@ -254,6 +256,30 @@ def sphere(rings):
             a, b, c, d = i * n + j, i * n + (j + 1) % n, (i + 1) * n + j, (i + 1) * n + (j + 1) % n
             triangles += [(a, c, b), (b, c, d)]
     return points, np.array(triangles)
+
+
+def test_fine_meshes_and_many_responses_stay_small(tmp_path):
+    points, triangles = sphere(99)
+    n = 12
+    motion = np.zeros((len(points), 3, n))
+    motion[:, :, :3] = np.eye(3)  # interface "a" carries the skin along
+    K = np.kron([[1, -1], [-1, 1]], np.diag([1e6] * 3 + [1e3] * 3))
+    body = fi.ReducedBody.from_arrays(np.diag([0.5] * 3 + [1e-3] * 3 + [0.5] * 3 + [1e-3] * 3), K,
+                                      {"a": (0, 0, 0), "b": (0, 0, 0)})  # fmt: skip
+    model = ibs.Model("fine")
+    model.fixation("floor", position=(0, 0, -1))
+    model.flexible_body("ball", replace(body, display=DisplayMesh(points, triangles, motion.reshape(-1, n))))
+    model.connection("foot", "floor", "ball.a", position1=(0, 0, -1), stiffness=(1e6,) * 3 + (1e5,) * 3, zeta=0.01)
+    for i, direction in enumerate(("x", "y", "z", "rx", "ry", "rz")):
+        model.add_sensor(ibs.Sensor("ball.b", direction, name=f"sensor {i}"))
+        model.add_input(ibs.BaseMotion("floor", direction, name=f"shaker {i}"))
+    path = ibs.report(model, tmp_path / "r.html", fidelities=[model.copy("twin"), model.copy("triplet")], modes=100)
+    assert len(points) > 19_000
+    assert path.stat().st_size < 5e6
+    data = Page(path).data
+    assert len(data["responses"]["curves"]) == 3 * 36
+    ball = data["scene"]["parts"][0]
+    assert 3000 < ball["points"][1] <= 6000
 
 
 def test_a_fine_mesh_is_thinned_and_keeps_its_shape():

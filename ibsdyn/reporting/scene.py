@@ -16,8 +16,8 @@ from ibsdyn.picture import Shape, arrow, lined_up_shapes, shapes_in_space
 from ibsdyn.reporting.packing import packed
 from ibsdyn.signals import CombinedSensor, Input, Sensor, Stroke, Torque
 
-# What keeps a page with twenty modes of fine meshes below a few megabytes.
-MOST_POINTS = 6000
+# What keeps a page below a few megabytes: points of meshes, and points times modes.
+MOST_POINTS, MOST_MOTIONS = 6000, 120_000
 # The largest motion is drawn as this share of the model's size, before the reader turns it up or down.
 DRAWN_SHARE = 0.1
 BODY_COLOURS = ("#3b76af", "#d08a2e", "#5a9a68", "#8a6bb1", "#b5655f", "#4a9aa8", "#9a8450", "#6b7f94")
@@ -29,7 +29,10 @@ def scene_data(model: Model, modes: Modes, numbers: Sequence[int]) -> dict[str, 
     """Return parts, points and the motion of the points in some modes (from 0)."""
     assembly = model.assembly()
     if assembly.axis is None:
-        shapes = [*shapes_in_space(assembly, MOST_POINTS), *_arrows(assembly, model)]
+        shapes = [
+            *shapes_in_space(assembly, min(MOST_POINTS, MOST_MOTIONS // max(len(numbers), 1))),
+            *_arrows(assembly, model),
+        ]
     else:
         shapes = list(lined_up_shapes(assembly))
     points = np.vstack([shape.points for shape in shapes])
