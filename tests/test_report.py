@@ -176,6 +176,27 @@ def test_a_test_and_a_history_are_shown(tmp_path):
     assert first["y"] == [r.result("first mode").value for r in history.revisions]
 
 
+def test_the_region_of_a_test_is_drawn(tmp_path):
+    rng = np.random.default_rng(1)
+    shaking = rng.normal(size=20_000)
+    top = 2.0 * shaking + 0.1 * rng.normal(size=20_000)
+    record = ibs.TimeRecord([shaking, top], ["shaking", "top"], ["m/s²", "m/s²"], 1000.0)
+    estimate = ibs.estimate_frf(record, inputs=["shaking"], outputs=["top"], method="welch")
+    model = ibs.FrequencyResponse(
+        estimate.frequencies, np.full(estimate.response.shape, 2.0 + 0j), ("top",), ("shaking",), ("m/s²",), ("m/s²",)
+    )
+    page = Page(ibs.report(concept(), tmp_path / "r.html", comparison=ibs.compare(model, estimate)))
+    test = next(curve for curve in page.data["comparison"]["curves"] if curve["label"] == "test")
+    low, high = unpacked(test["low"]), unpacked(test["high"])
+    np.testing.assert_allclose(0.5 * (high - low), estimate.radius(0.99)[0, 0], rtol=1e-3)
+    assert 0.97 < np.mean((low < 2) & (high > 2)) <= 1, "the truth is inside"
+    assert "99 % region" in page.text
+
+
+def test_half_a_character_in_a_name_is_no_reason_to_fail(tmp_path):
+    assert "a?b" in Page(ibs.report(concept(), tmp_path / "r.html", title="a\ud800b")).text
+
+
 def test_a_model_without_signals_or_requirements_says_how_to_add_them(tmp_path):
     model = ibs.Model("bare")
     model.rigid_body("block", mass=2.0, cog=(0, 0, 0.05), inertia=(0.004, 0.005, 0.006, 0, 0, 0))
@@ -232,11 +253,12 @@ def test_the_file_is_written_whole_or_not_at_all(tmp_path, monkeypatch):
         ({"history": "h.db"}, r"ibs\.History"),
         ({"fidelities": ["concept"]}, r"ibs\.Model"),
         ({"title": 4}, "title="),
+        ({"band": (5.0,)}, "band"),
     ],
 )
 def test_wrong_arguments_are_refused(tmp_path, monkeypatch, arguments, words):
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(ibs.ReportError, match=words):
+    with pytest.raises((ibs.ReportError, ibs.AnalysisError), match=words):
         ibs.report(concept(), **{"path": "r.html", **arguments})
 
 
@@ -284,7 +306,7 @@ def test_fine_meshes_and_many_responses_stay_small(tmp_path):
 
 def test_a_fine_mesh_is_thinned_and_keeps_its_shape():
     points, triangles = sphere(60)
-    mesh = DisplayMesh(points, triangles, np.eye(3 * len(points))[:, :4])
+    mesh = DisplayMesh(points, triangles, np.eye(3 * len(points), 4))
     few, faces, kept = thinned(mesh, 500)
     assert 250 < len(few) <= 500
     np.testing.assert_array_equal(few, points[kept])

@@ -33,6 +33,7 @@ from ibsdyn.reporting.packing import json_for_script
 from ibsdyn.reporting.requirements import checked_requirements, requirement_section
 from ibsdyn.reporting.responses import comparison_data, default_band, labels, response_data
 from ibsdyn.reporting.scene import scene_data
+from ibsdyn.resonance_grid import checked_band
 
 
 @known_keywords
@@ -107,7 +108,7 @@ def _page(
     shown = systems[0].modes()
     elastic = np.flatnonzero(~shown.rigid)[:count]
     numbers = [int(n) for n in (*np.flatnonzero(shown.rigid), *elastic)]
-    limits = default_band(systems[0], count) if band is None else (float(band[0]), float(band[1]))
+    limits = default_band(systems[0], count) if band is None else checked_band(band)
     checked = [checked_requirements(each, system) for each, system in zip(models, systems, strict=True)]
     named = {name: (each, system) for name, each, system in zip(names, models, systems, strict=True)}
     responses, missing = response_data(named, limits)
@@ -238,7 +239,8 @@ def _write(target: Path, page: str) -> Path:
     try:
         handle, temporary = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
         try:
-            with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as stream:
+            # Half a surrogate pair in a name cannot be written; a question mark is better than no report.
+            with os.fdopen(handle, "w", encoding="utf-8", errors="replace", newline="\n") as stream:
                 stream.write(page)
             # A temporary file is private; a report is there to be passed around.
             os.chmod(temporary, 0o644)
