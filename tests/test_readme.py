@@ -63,6 +63,19 @@ def test_the_page_on_the_experiment_runs_as_printed(tmp_path, monkeypatch, capsy
     assert (tmp_path / "y1_u6.png").stat().st_size > 10_000
 
 
+def test_the_page_on_reviews_runs_as_printed(tmp_path, monkeypatch, capsys):
+    text = (ROOT / "docs" / "review.md").read_text(encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    names = {}
+    for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
+        exec(compile(block, "review.md", "exec"), names)
+    printed = capsys.readouterr().out
+    for words in ("heavier base plate", "box.cog.z: 0.15 -> 0.1", "box.mass: 12 -> 13", "NOT MET"):
+        assert words in printed, words
+    assert names["history"].model("B") == names["model"]
+    assert 1e5 < (tmp_path / "review.html").stat().st_size < 2e6
+
+
 def test_links_and_pictures_exist():
     for page in (ROOT / "README.md", *(ROOT / "docs").glob("*.md")):
         for target in re.findall(r"\]\((?!http)([^)#]*)", page.read_text(encoding="utf-8")):
