@@ -4,6 +4,7 @@ from ibsdyn.accelerometers import Accelerometer, accelerometer_record, bracket, 
 from ibsdyn.budget import VibrationBudget, vibration_budget
 from ibsdyn.comparison import Comparison, compare
 from ibsdyn.components import Connection, Fixation, FlexibleBody, Inertia1D, RigidBody
+from ibsdyn.cross_check import CrossCheck, cross_check
 from ibsdyn.disturbances import CorrelatedDisturbance, Disturbance, Tone
 from ibsdyn.errors import (
     AnalysisError,
@@ -11,6 +12,8 @@ from ibsdyn.errors import (
     ExcitationError,
     ExpressionError,
     ExtraMissingError,
+    HistoryError,
+    HistoryWarning,
     IbsdynError,
     InterchangeError,
     MissingFileError,
@@ -20,8 +23,10 @@ from ibsdyn.errors import (
     ModelWarning,
     RecordError,
     RecordWarning,
+    ReportError,
     SimulationError,
     SimulationWarning,
+    StudyError,
     UnknownKeywordError,
     UnknownNameError,
 )
@@ -37,6 +42,7 @@ from ibsdyn.flexures import (
     parallel_guide,
 )
 from ibsdyn.frequency_response import FrequencyResponse
+from ibsdyn.history import Difference, History, Revision
 from ibsdyn.identification import DetectionLines, FrfEstimate, estimate_frf
 from ibsdyn.interchange import read_frf, write_frf, write_matrices, write_modes
 from ibsdyn.linear_system import LinearSystem
@@ -52,7 +58,12 @@ from ibsdyn.quantities import ModeDamping, ModeFrequency, PeakResponse, Quantity
 from ibsdyn.records.channel_table import Channel
 from ibsdyn.records.read import read_record
 from ibsdyn.records.write import write_record
+from ibsdyn.report import report
 from ibsdyn.requirement import Requirement, RequirementResult
+from ibsdyn.sampling import Samples, Tolerance, full_factorial, latin_hypercube, monte_carlo, one_at_a_time, variants
+from ibsdyn.sensitivity import response_sensitivities, sensitivities
+from ibsdyn.sensitivity_results import ResponseSensitivities, Sensitivities
+from ibsdyn.shock import ShockSpectrum, half_sine, shock_response_spectrum, transient_response
 from ibsdyn.signals import BaseMotion, CombinedSensor, Force, Sensor, Stroke, Torque
 from ibsdyn.sizing import (
     StiffnessShares,
@@ -62,6 +73,8 @@ from ibsdyn.sizing import (
     required_stiffness,
 )
 from ibsdyn.state_space import StateSpace
+from ibsdyn.study import Study
+from ibsdyn.study_results import FailedVariant, Odds, StudyResults
 from ibsdyn.time_record import TimeRecord
 from ibsdyn.vibration_environments import floor_vibration, launch_vibration
 
@@ -77,13 +90,16 @@ __all__ = [
     "Comparison",
     "Connection",
     "CorrelatedDisturbance",
+    "CrossCheck",
     "DetectionLines",
+    "Difference",
     "Disturbance",
     "EngineError",
     "Excitation",
     "ExcitationError",
     "ExpressionError",
     "ExtraMissingError",
+    "FailedVariant",
     "Fixation",
     "FlatMirror",
     "FlexibleBody",
@@ -91,6 +107,9 @@ __all__ = [
     "Force",
     "FrequencyResponse",
     "FrfEstimate",
+    "History",
+    "HistoryError",
+    "HistoryWarning",
     "IbsdynError",
     "Inertia1D",
     "InterchangeError",
@@ -107,25 +126,36 @@ __all__ = [
     "Modes",
     "MotionReconstruction",
     "Multisine",
+    "Odds",
     "Orientation",
     "PeakResponse",
     "PiezoPlatform",
     "Quantity",
     "RecordError",
     "RecordWarning",
+    "ReportError",
     "Requirement",
     "RequirementResult",
     "ResponseAt",
+    "ResponseSensitivities",
+    "Revision",
     "RigidBody",
     "RmsResponse",
     "Run",
+    "Samples",
+    "Sensitivities",
     "Sensor",
+    "ShockSpectrum",
     "SimulationError",
     "SimulationWarning",
     "StateSpace",
     "StiffnessShares",
     "Stroke",
+    "Study",
+    "StudyError",
+    "StudyResults",
     "TimeRecord",
+    "Tolerance",
     "Tone",
     "Torque",
     "UnknownKeywordError",
@@ -136,27 +166,39 @@ __all__ = [
     "bracket",
     "burst_random",
     "compare",
+    "cross_check",
     "cross_flexure",
     "cross_flexure_rotation",
     "distribute_stiffness",
     "estimate_frf",
     "estimate_modes",
     "floor_vibration",
+    "full_factorial",
     "guide_shortening",
+    "half_sine",
+    "latin_hypercube",
     "launch_vibration",
     "leaf_spring",
     "mirror_deflection",
+    "monte_carlo",
     "motion_sensors",
     "multisine",
     "notch_hinge",
+    "one_at_a_time",
     "orthogonal_multisines",
     "parallel_guide",
     "random_noise",
     "read_frf",
     "read_record",
+    "report",
     "required_frequency",
     "required_stiffness",
+    "response_sensitivities",
+    "sensitivities",
+    "shock_response_spectrum",
     "swept_sine",
+    "transient_response",
+    "variants",
     "vibration_budget",
     "write_frf",
     "write_matrices",

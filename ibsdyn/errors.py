@@ -49,6 +49,10 @@ class AnalysisError(IbsdynError, ValueError):
     """An analysis that is asked for something that has no answer."""
 
 
+class StudyError(IbsdynError, RuntimeError):
+    """A study that cannot go on: its results file belongs to another one, or its workers died."""
+
+
 class EngineError(IbsdynError, RuntimeError):
     """Exudyn refused a model or gave back matrices that contradict it."""
 
@@ -75,6 +79,18 @@ class MissingRecordError(RecordError, FileNotFoundError):
 
 class RecordWarning(UserWarning):
     """A suspicious record that is used all the same."""
+
+
+class HistoryError(IbsdynError, ValueError):
+    """A history file that is none or cannot be read, or an entry that it cannot take."""
+
+
+class HistoryWarning(UserWarning):
+    """A revision that is recorded with something missing."""
+
+
+class ReportError(IbsdynError, ValueError):
+    """A report that cannot be made as it was asked for."""
 
 
 class SimulationWarning(UserWarning):

@@ -17,7 +17,7 @@ from ibsdyn.axes import Array
 from ibsdyn.errors import AnalysisError
 from ibsdyn.frequency_response import FrequencyResponse
 from ibsdyn.quasi_static import QuasiStaticMotion
-from ibsdyn.signals import BaseMotion, CombinedSensor, Input, Output, Sensor, checked_inputs, checked_outputs
+from ibsdyn.signals import BaseMotion, CombinedSensor, Input, Output, Sensor, Stroke, checked_inputs, checked_outputs
 
 if TYPE_CHECKING:
     from ibsdyn.linear_system import LinearSystem
@@ -56,7 +56,7 @@ def harmonic_response(
         s = 1j * omega
         response = np.zeros((len(sensors), len(sources), len(omega)), dtype=complex)
         order = np.array([[_order(o) - _order(i) for i in sources] for o in sensors])
-        powers, base = _driving(system, sources, K_static)
+        powers, base = _driving(system, sources, K_static, hysteretic)
         for power in range(3):
             driven = np.flatnonzero(powers[power].any(axis=0))
             if len(driven):
@@ -95,7 +95,7 @@ def modal_response(
     omega = 2 * np.pi * frequencies
     solver, K_static = _solver(system, omega, hysteretic, system.quasi_static_motion())
     s = 1j * omega
-    powers, _ = _driving(system, inputs, K_static)
+    powers, _ = _driving(system, inputs, K_static, hysteretic)
     order = np.array([_order(source) for source in inputs])
     eye = np.eye(len(system.coordinates))
     response = np.zeros((len(eye), len(inputs), len(omega)), dtype=complex)
@@ -146,7 +146,9 @@ def _base_motions(system: LinearSystem, sources: Sequence[Input]) -> Array:
     return base
 
 
-def _driving(system: LinearSystem, sources: Sequence[Input], K_static: Complex) -> tuple[Complex, Array]:
+def _driving(
+    system: LinearSystem, sources: Sequence[Input], K_static: Complex, hysteretic: bool
+) -> tuple[Complex, Array]:
     """Return the (3, n, n_in) modal loads by power of i omega, and the (n_base, n_in) motions of the base.
 
     The motion is the base's own, carried along quasi-statically, plus what is left behind. What is left behind is
@@ -160,6 +162,10 @@ def _driving(system: LinearSystem, sources: Sequence[Input], K_static: Complex) 
     for column, source in enumerate(sources):
         if not isinstance(source, BaseMotion):
             powers[0, :, column] = shapes.T @ system.load(source)
+            if hysteretic and isinstance(source, Stroke):
+                # The stroke strains the connection's complex stiffness: a free one moves by the stroke, unlagged.
+                zeta = next(part.zeta for part in system._parts if part.name == source.item)
+                powers[0, :, column] *= 1 + 2j * zeta
     C_static = system._explicit_damping[:n] @ static.motion
     M_static = system.M @ static.motion[:n] + system.M_base
     for power, matrix in enumerate((K_static, C_static, M_static)):

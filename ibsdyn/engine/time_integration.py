@@ -25,7 +25,7 @@ RELATIVE_TOLERANCE = 1e-9
 # How often a run is looked after.
 REPORTS = 200
 # Dense factors of more coordinates than this cost more than sparse ones.
-SPARSE_SIZE = 150
+SPARSE_SIZE = 50
 # A coordinate beyond this [m, rad] is a run that diverges; no machine of this toolbox is a kilometre long.
 BLOW_UP = 1e3
 
@@ -353,15 +353,15 @@ class _Run:
         def before_step(mbs: Any, time: float) -> bool:
             nonlocal made
             made += 1
-            for set_parameter, item, parameter, values, length in setters:
-                set_parameter(item, parameter, values[made % length])
-            if made % every == 0:
-                try:
+            try:
+                for set_parameter, item, parameter, values, length in setters:
+                    set_parameter(item, parameter, values[made % length])
+                if made % every == 0:
                     self._look_after(made, step, time)
                     report(made)
-                except BaseException as error:
-                    trouble.append(error)  # Exudyn would turn it into an error of its own
-                    return False
+            except BaseException as error:  # Exudyn would turn it, Ctrl-C too, into an error of its own
+                trouble.append(error)
+                return False
             return True
 
         self.mbs.SetPreStepUserFunction(before_step)
