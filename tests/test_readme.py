@@ -1,6 +1,7 @@
 """The README's code runs as it is printed."""
 
 import re
+import shlex
 import shutil
 from pathlib import Path
 
@@ -8,6 +9,7 @@ import matplotlib.image
 import pytest
 
 import ibsdyn as ibs
+from ibsdyn.cli import main
 
 ROOT = Path(__file__).parents[1]
 
@@ -40,6 +42,18 @@ def test_first_model_and_fe_part_run_as_printed(tmp_path, monkeypatch, capsys):
     for block in blocks[3:]:
         exec(compile(block, "README.md", "exec"), names)
     assert names["again"] == names["model"]
+
+
+def test_the_commands_run_as_printed(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    commands = re.findall(
+        r"^    ibsdyn (.*?)(?: +#.*)?$", (ROOT / "README.md").read_text(encoding="utf-8"), re.MULTILINE
+    )
+    assert len(commands) == 8
+    for command in commands:
+        assert main(shlex.split(command)) == 0, command
+    assert {"mirror.html", "frf.csv", "budget.png"} <= {path.name for path in tmp_path.iterdir()}
+    assert capsys.readouterr().err == ""
 
 
 def test_the_page_on_reduction_runs_as_printed(tmp_path, monkeypatch, capsys):
