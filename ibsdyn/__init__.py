@@ -30,6 +30,7 @@ from ibsdyn.experiment import Campaign, Run
 from ibsdyn.frequency_response import FrequencyResponse
 from ibsdyn.identification import DetectionLines, FrfEstimate, estimate_frf
 from ibsdyn.linear_system import LinearSystem
+from ibsdyn.measured import MeasuredFrequencies, MeasuredResponse
 from ibsdyn.modal_estimation import ModalEstimate, estimate_modes
 from ibsdyn.model import Model
 from ibsdyn.modes import Modes
@@ -50,6 +51,7 @@ from ibsdyn.state_space import StateSpace
 from ibsdyn.study import Study
 from ibsdyn.study_results import FailedVariant, Odds, StudyResults
 from ibsdyn.time_record import TimeRecord
+from ibsdyn.updating import Fit, fit
 from ibsdyn.vibration_environments import floor_vibration, launch_vibration
 
 __all__ = [
@@ -70,6 +72,7 @@ __all__ = [
     "ExpressionError",
     "ExtraMissingError",
     "FailedVariant",
+    "Fit",
     "Fixation",
     "FlexibleBody",
     "Force",
@@ -78,6 +81,8 @@ __all__ = [
     "IbsdynError",
     "Inertia1D",
     "LinearSystem",
+    "MeasuredFrequencies",
+    "MeasuredResponse",
     "MissingFileError",
     "MissingRecordError",
     "ModalEstimate",
@@ -128,6 +133,7 @@ __all__ = [
     "compare",
     "estimate_frf",
     "estimate_modes",
+    "fit",
     "floor_vibration",
     "full_factorial",
     "latin_hypercube",
