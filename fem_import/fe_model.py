@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import itertools
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -15,6 +16,7 @@ from fem_import.export_report import MINIMUM_DIGITS, ExportReport
 from fem_import.keywords import known_keywords
 from fem_import.names import NamedItems
 from fem_import.rigid_motion import MassProperties, mass_properties, rigid_motion_of_dofs
+from fem_import.threads import side_by_side
 from fem_import.units import unit_system
 
 FloatArray: TypeAlias = NDArray[np.float64]
@@ -23,6 +25,7 @@ SparseMatrix: TypeAlias = "sparse.csr_array[Any, tuple[int, int]]"
 
 _SYMMETRY_TOLERANCE = 1e-6  # printed triangles may differ in their last digit, physics does not make them
 _PENALTY_RATIO = 1e10
+_BLOCK = 1 << 16  # entries that stay in the cache
 _PENALTY = 1e30  # no stiffness or mass in any unit system; programs write 1e36
 
 
@@ -73,6 +76,8 @@ class FEModel:
         source: str = "arrays",
         digits: int | None = None,
         skin: ArrayLike | None = None,
+        copy: bool = True,
+        symmetric: bool = False,
     ) -> FEModel:
         """Check arrays of any FEA program and make an FEModel of them.
 
@@ -87,6 +92,9 @@ class FEModel:
         source : what reports call it.
         digits : how many were printed, if the numbers were read from text.
         skin : (t, 3) node labels of the triangles that bound the part, for drawing.
+        copy : False lets the model take over CSR matrices of yours, which it may change: half the memory of a large
+            part.
+        symmetric : True where each matrix was made of one triangle: spares the comparison with its mirror image.
 
         Raises
         ------
@@ -98,21 +106,29 @@ class FEModel:
         labels = _checked_labels(node_ids, len(coordinates))
         table = _checked_dofs(dofs, labels)
         n_dofs = len(table)
-        stiffness = _checked_matrix("K", K, n_dofs)
-        mass = _checked_matrix("M", M, n_dofs)
-        damping = None if C is None else _checked_matrix("C", C, n_dofs)
-        _refuse_bad_diagonals(stiffness, mass, table)
+        given = {"K": K, "M": M} | ({} if C is None else {"C": C})
 
-        stiffness, symmetry_residual = _symmetric("K", stiffness, table)
-        mass, _ = _symmetric("M", mass, table)
-        scale = sparse.diags_array(system.stiffness_scale(table[:, 1]))
-        if damping is not None:
-            damping, _ = _symmetric("C", damping, table)
-            damping = sparse.csr_array(scale @ damping @ scale) * system.time
+        def checked(name: str) -> SparseMatrix:
+            return _checked_matrix(name, given[name], n_dofs, copy)
+
+        def compared(name: str) -> tuple[SparseMatrix, float]:
+            matrix = matrices[name]
+            if name != "C":
+                _refuse_large_couplings(name, matrix, table)
+            made, residual = (matrix, 0.0) if symmetric else _symmetric(name, matrix, table)
+            _scale(made, system.stiffness_scale(table[:, 1]))
+            return made, residual
+
+        matrices = dict(zip(given, side_by_side(checked, given), strict=True))
+        _refuse_bad_diagonals(matrices["K"], matrices["M"], table)
+        made = dict(zip(given, side_by_side(compared, given), strict=True))
+        for name, power in (("M", 2), ("C", 1)):
+            if name in made and system.time != 1.0:
+                made[name][0].data *= system.time**power
         return cls(
-            K=sparse.csr_array(scale @ stiffness @ scale),
-            M=sparse.csr_array(scale @ mass @ scale) * system.time**2,
-            C=damping,
+            K=made["K"][0],
+            M=made["M"][0],
+            C=made["C"][0] if "C" in made else None,
             node_ids=_frozen(labels),
             positions=_frozen(coordinates * system.length),
             dofs=_frozen(table),
@@ -120,7 +136,7 @@ class FEModel:
             source=source,
             digits=digits,
             units=units,
-            symmetry_residual=symmetry_residual,
+            symmetry_residual=made["K"][1],
             skin=_checked_skin(skin, labels),
         )
 
@@ -292,11 +308,11 @@ def _checked_dofs(dofs: ArrayLike | int, labels: IntArray) -> IntArray:
     if np.any(unknown):
         row = int(np.flatnonzero(unknown)[0])
         raise ExportError(f"dofs row {row} names node {table[row, 0]}, which has no position. Give all nodes.")
-    unique, counts = np.unique(table, axis=0, return_counts=True)
-    if len(unique) < len(table):
-        node, direction = unique[counts > 1][0]
+    keys = np.sort(8 * _indices_of(labels, table[:, 0]) + table[:, 1])
+    for key in keys[:-1][np.diff(keys) == 0][:1]:
         raise ExportError(
-            f"DoF {node}.{direction} (node.direction) occurs {counts.max()} times; each row must be another DoF."
+            f"DoF {labels[key >> 3]}.{key & 7} (node.direction) occurs {np.count_nonzero(keys == key)} times; each row "
+            "must be another DoF."
         )
     return table
 
@@ -327,7 +343,7 @@ def _checked_skin(skin: ArrayLike | None, labels: IntArray) -> IntArray | None:
     return frozen
 
 
-def _checked_matrix(name: str, matrix: Any, n_dofs: int) -> SparseMatrix:
+def _checked_matrix(name: str, matrix: Any, n_dofs: int, copy: bool) -> SparseMatrix:
     if matrix is None:
         raise ExportError(f"{name} is missing.")
     if np.iscomplexobj(matrix):
@@ -335,18 +351,20 @@ def _checked_matrix(name: str, matrix: Any, n_dofs: int) -> SparseMatrix:
     try:
         with np.errstate(all="ignore"):
             # A copy: what follows works in place and must not touch the caller's matrix.
-            checked = sparse.csr_array(matrix, dtype=np.float64, copy=True)
+            checked = sparse.csr_array(matrix, dtype=np.float64, copy=copy)
             checked.check_format(full_check=True)
     except (TypeError, ValueError) as error:
         raise ExportError(f"{name} must be a real (n, n) matrix, sparse or dense; {error}.") from None
     if checked.shape != (n_dofs, n_dofs):
         raise ExportError(f"{name} is {checked.shape}, but the DoF table has {n_dofs} rows; both must agree.")
     checked.sum_duplicates()
-    if not np.all(np.isfinite(checked.data)):
-        entry = int(np.flatnonzero(~np.isfinite(checked.data))[0])
+    finite = np.isfinite(checked.data)
+    if not np.all(finite):
+        entry = int(np.argmin(finite))
         row = int(np.searchsorted(checked.indptr, entry, side="right") - 1)
         raise ExportError(f"{name}[{row}, {checked.indices[entry]}] is {checked.data[entry]}; it must be finite.")
-    checked.eliminate_zeros()
+    if np.count_nonzero(checked.data) < checked.nnz:
+        checked.eliminate_zeros()
     if checked.nnz == 0:
         cure = " Is the density missing, or did the analysis never form it?" if name == "M" else ""
         if name != "C":
@@ -354,68 +372,100 @@ def _checked_matrix(name: str, matrix: Any, n_dofs: int) -> SparseMatrix:
     return checked
 
 
-def _refuse_bad_diagonals(K: SparseMatrix, M: SparseMatrix, dofs: IntArray) -> None:
-    def dof(row: int) -> str:
-        return f"row {row} (node {dofs[row, 0]}, direction {dofs[row, 1]})"
+def _row_blocks(matrix: SparseMatrix) -> Iterator[tuple[slice, slice]]:
+    """Yield rows, and their entries, in blocks that stay in the cache."""
+    size = matrix.shape[0]
+    n_blocks = max(1, matrix.nnz // _BLOCK)
+    bounds = np.unique(np.searchsorted(matrix.indptr, np.linspace(0, matrix.nnz, n_blocks + 1)).clip(0, size))
+    for first, last in itertools.pairwise([0, *bounds[1:-1].tolist(), size]):
+        yield slice(first, last), slice(int(matrix.indptr[first]), int(matrix.indptr[last]))
 
-    for name, matrix in (("K", K), ("M", M)):
-        diagonal = matrix.diagonal()
-        if np.any(diagonal < 0.0):
-            row = int(np.argmin(diagonal))
-            raise ExportError(f"{name} has {diagonal[row]:.4g} on its diagonal in {dof(row)}; it cannot be negative.")
-    for name, matrix in (("K", K), ("M", M)):
-        entries = sparse.coo_array(matrix)
-        rows, columns = entries.row.astype(np.int64), entries.col.astype(np.int64)
-        root = np.sqrt(matrix.diagonal())
-        excess = abs(entries.data) - (1.0 + _SYMMETRY_TOLERANCE) * root[rows] * root[columns]
-        excess[rows == columns] = 0.0
-        if np.any(excess > 1e-12 * root.max() ** 2):
+
+def _of_rows(matrix: SparseMatrix, rows: slice, per_row: FloatArray) -> FloatArray:
+    """Repeat what belongs to the rows for each of their entries."""
+    return np.repeat(per_row[rows], np.diff(matrix.indptr[rows.start : rows.stop + 1]))
+
+
+def _refuse_large_couplings(name: str, matrix: SparseMatrix, dofs: IntArray) -> None:
+    """A positive semi-definite matrix has |a_ij| <= sqrt(a_ii a_jj)."""
+    root = np.sqrt(matrix.diagonal())
+    room = 1e-12 * root.max() ** 2
+    for rows, entries in _row_blocks(matrix):
+        columns, values = matrix.indices[entries], matrix.data[entries]
+        allowed = _of_rows(matrix, rows, (1.0 + _SYMMETRY_TOLERANCE) * root)
+        allowed *= root[columns]
+        excess = abs(values)
+        excess -= allowed
+        if excess.max(initial=0.0) > room:
             worst = int(np.argmax(excess))
+            row = int(np.searchsorted(matrix.indptr, entries.start + worst, side="right")) - 1
             raise ExportError(
-                f"{name}[{rows[worst]}, {columns[worst]}] is {entries.data[worst]:.4g}, more than the diagonals of "
-                f"{dof(int(rows[worst]))} and {dof(int(columns[worst]))} allow: {name} is not positive "
+                f"{name}[{row}, {columns[worst]}] is {values[worst]:.4g}, more than the diagonals of "
+                f"{_dof(dofs, row)} and {_dof(dofs, int(columns[worst]))} allow: {name} is not positive "
                 "semi-definite. Is the file damaged, or a row of another matrix?"
             )
-    heavy = M.diagonal()
+
+
+def _dof(dofs: IntArray, row: int) -> str:
+    return f"row {row} (node {dofs[row, 0]}, direction {dofs[row, 1]})"
+
+
+def _refuse_bad_diagonals(K: SparseMatrix, M: SparseMatrix, dofs: IntArray) -> None:
+    stiff, heavy = K.diagonal(), M.diagonal()
+    for name, diagonal in (("K", stiff), ("M", heavy)):
+        if np.any(diagonal < 0.0):
+            row = int(np.argmin(diagonal))
+            raise ExportError(
+                f"{name} has {diagonal[row]:.4g} on its diagonal in {_dof(dofs, row)}; it cannot be negative."
+            )
     if np.any(heavy > _PENALTY):
         raise ExportError(
-            f"M has {heavy.max():.3g} on the diagonal of {dof(int(np.argmax(heavy)))}: a penalty, not a mass. Remove "
-            "its rows and columns and their DoF."
+            f"M has {heavy.max():.3g} on the diagonal of {_dof(dofs, int(np.argmax(heavy)))}: a penalty, not a mass. "
+            "Remove its rows and columns and their DoF."
         )
-    stiff = K.diagonal()
     null_rows = np.flatnonzero(stiff == 0.0)
     if len(null_rows):
         raise ExportError(
-            f"K has nothing on the diagonal of {len(null_rows)} rows, first {dof(int(null_rows[0]))}: a DoF without "
-            "stiffness, or a constrained one that the export kept. Remove these rows and columns and their DoF."
+            f"K has nothing on the diagonal of {len(null_rows)} rows, first {_dof(dofs, int(null_rows[0]))}: a DoF "
+            "without stiffness, or a constrained one that the export kept. Remove these rows and columns and their DoF."
         )
-    largest_neighbour = abs(K - sparse.diags_array(stiff)).max(axis=1).toarray().ravel()
     for rotational in (False, True):
         rows = np.flatnonzero((dofs[:, 1] > 3) == rotational)
         if len(rows) == 0:
             continue
         typical = float(np.median(stiff[rows]))
-        alone = stiff[rows] > _PENALTY_RATIO * np.maximum(typical, largest_neighbour[rows])
-        huge = rows[alone | (stiff[rows] > _PENALTY)]
+        suspects = rows[(stiff[rows] > _PENALTY_RATIO * typical) | (stiff[rows] > _PENALTY)]
+        neighbours = np.array([_largest_neighbour(K, int(row)) for row in suspects])
+        huge = suspects[(stiff[suspects] > _PENALTY_RATIO * neighbours) | (stiff[suspects] > _PENALTY)]
         if len(huge):
             row = int(huge[0])
             raise ExportError(
-                f"K has {stiff[row]:.3g} on the diagonal of {dof(row)}, far above all else ({len(huge)} such): a "
-                "penalty that stands for a constraint. Remove these rows and columns and their DoF."
+                f"K has {stiff[row]:.3g} on the diagonal of {_dof(dofs, row)}, far above all else ({len(huge)} such): "
+                "a penalty that stands for a constraint. Remove these rows and columns and their DoF."
             )
+
+
+def _largest_neighbour(matrix: SparseMatrix, row: int) -> float:
+    entries = slice(matrix.indptr[row], matrix.indptr[row + 1])
+    return float(abs(matrix.data[entries][matrix.indices[entries] != row]).max(initial=0.0))
 
 
 def _symmetric(name: str, matrix: SparseMatrix, dofs: IntArray) -> tuple[SparseMatrix, float]:
     """Return the matrix made exactly symmetric and its scaled residual; refuse what is not symmetric."""
+    mirror = sparse.csr_array(matrix.T)
+    if (
+        np.array_equal(matrix.indptr, mirror.indptr)
+        and np.array_equal(matrix.indices, mirror.indices)
+        and np.array_equal(matrix.data, mirror.data)
+    ):
+        return matrix, 0.0
     lower, upper = sparse.tril(matrix, -1).nnz, sparse.triu(matrix, 1).nnz
     if (lower == 0) != (upper == 0):
         given = "upper" if lower == 0 else "lower"
         raise ExportError(
             f"{name} holds only its {given} triangle. Give both: {name} + {name}.T - diag({name}.diagonal())."
         )
-    difference = sparse.csr_array(matrix - matrix.T)
-    if difference.nnz == 0:
-        return matrix, 0.0
+    difference = sparse.csr_array(matrix - mirror)
     size = np.sqrt(abs(matrix.diagonal()))
     size[size == 0.0] = np.sqrt(abs(matrix).max())
     scaled = sparse.coo_array(difference)
@@ -428,4 +478,12 @@ def _symmetric(name: str, matrix: SparseMatrix, dofs: IntArray) -> tuple[SparseM
             f"{name} is not symmetric: [{row}, {column}] and [{column}, {row}] differ by {scaled.data[worst]:.4g} "
             f"(nodes {dofs[row, 0]} and {dofs[column, 0]}), {relative[worst]:.1e} of the diagonal."
         )
-    return sparse.csr_array(0.5 * (matrix + matrix.T)), float(relative[worst])
+    return sparse.csr_array(0.5 * (matrix + mirror)), float(relative[worst])
+
+
+def _scale(matrix: SparseMatrix, scale: FloatArray) -> None:
+    """Multiply rows and columns in place."""
+    if np.all(scale == 1.0):
+        return
+    for rows, entries in _row_blocks(matrix):
+        matrix.data[entries] *= _of_rows(matrix, rows, scale) * scale[matrix.indices[entries]]

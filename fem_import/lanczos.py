@@ -17,7 +17,7 @@ from fem_import.threads import one_blas_thread
 FloatArray: TypeAlias = NDArray[np.float64]
 
 _BLOCK = 12  # above the multiplicity of any eigenvalue of a real part; solves in blocks of 8 to 12 are the fastest
-_RESIDUAL = 1e-7  # of a Ritz vector; its eigenvalue is then right to the square of it
+_RESIDUAL = 1e-8  # of a Ritz vector; its eigenvalue is then right to the square of it
 _RANK = 1e-7  # of a column's own size; a Gram matrix in doubles sees no further
 _CLEAN = 1e-2  # what one more projection may still take from a vector that counts as orthogonal
 _LARGEST_BASIS = 4000

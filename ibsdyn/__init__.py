@@ -4,6 +4,7 @@ from ibsdyn.accelerometers import Accelerometer, accelerometer_record, bracket, 
 from ibsdyn.budget import VibrationBudget, vibration_budget
 from ibsdyn.comparison import Comparison, compare
 from ibsdyn.components import Connection, Fixation, FlexibleBody, Inertia1D, RigidBody
+from ibsdyn.cross_check import CrossCheck, cross_check
 from ibsdyn.disturbances import CorrelatedDisturbance, Disturbance, Tone
 from ibsdyn.errors import (
     AnalysisError,
@@ -11,6 +12,8 @@ from ibsdyn.errors import (
     ExcitationError,
     ExpressionError,
     ExtraMissingError,
+    HistoryError,
+    HistoryWarning,
     IbsdynError,
     MissingFileError,
     MissingRecordError,
@@ -19,6 +22,7 @@ from ibsdyn.errors import (
     ModelWarning,
     RecordError,
     RecordWarning,
+    ReportError,
     SimulationError,
     SimulationWarning,
     StudyError,
@@ -27,10 +31,21 @@ from ibsdyn.errors import (
 )
 from ibsdyn.excitation import Excitation, burst_random, random_noise, swept_sine
 from ibsdyn.experiment import Campaign, Run
+from ibsdyn.flexures import (
+    FlexureStiffness,
+    cross_flexure,
+    cross_flexure_rotation,
+    guide_shortening,
+    leaf_spring,
+    notch_hinge,
+    parallel_guide,
+)
 from ibsdyn.frequency_response import FrequencyResponse
+from ibsdyn.history import Difference, History, Revision
 from ibsdyn.identification import DetectionLines, FrfEstimate, estimate_frf
 from ibsdyn.linear_system import LinearSystem
 from ibsdyn.measured import MeasuredFrequencies, MeasuredResponse
+from ibsdyn.mirror_optics import BeamPath, FlatMirror
 from ibsdyn.modal_estimation import ModalEstimate, estimate_modes
 from ibsdyn.model import Model
 from ibsdyn.modes import Modes
@@ -41,12 +56,21 @@ from ibsdyn.psd import PSD
 from ibsdyn.quantities import ModeDamping, ModeFrequency, PeakResponse, Quantity, ResponseAt, RmsResponse
 from ibsdyn.records.channel_table import Channel
 from ibsdyn.records.read import read_record
+from ibsdyn.records.write import write_record
+from ibsdyn.report import report
 from ibsdyn.requirement import Requirement, RequirementResult
-from ibsdyn.requirements import required_stiffness
 from ibsdyn.sampling import Samples, Tolerance, full_factorial, latin_hypercube, monte_carlo, one_at_a_time, variants
 from ibsdyn.sensitivity import response_sensitivities, sensitivities
 from ibsdyn.sensitivity_results import ResponseSensitivities, Sensitivities
-from ibsdyn.signals import BaseMotion, Force, Sensor, Stroke, Torque
+from ibsdyn.shock import ShockSpectrum, half_sine, shock_response_spectrum, transient_response
+from ibsdyn.signals import BaseMotion, CombinedSensor, Force, Sensor, Stroke, Torque
+from ibsdyn.sizing import (
+    StiffnessShares,
+    distribute_stiffness,
+    mirror_deflection,
+    required_frequency,
+    required_stiffness,
+)
 from ibsdyn.state_space import StateSpace
 from ibsdyn.study import Study
 from ibsdyn.study_results import FailedVariant, Odds, StudyResults
@@ -59,12 +83,16 @@ __all__ = [
     "Accelerometer",
     "AnalysisError",
     "BaseMotion",
+    "BeamPath",
     "Campaign",
     "Channel",
+    "CombinedSensor",
     "Comparison",
     "Connection",
     "CorrelatedDisturbance",
+    "CrossCheck",
     "DetectionLines",
+    "Difference",
     "Disturbance",
     "EngineError",
     "Excitation",
@@ -74,10 +102,15 @@ __all__ = [
     "FailedVariant",
     "Fit",
     "Fixation",
+    "FlatMirror",
     "FlexibleBody",
+    "FlexureStiffness",
     "Force",
     "FrequencyResponse",
     "FrfEstimate",
+    "History",
+    "HistoryError",
+    "HistoryWarning",
     "IbsdynError",
     "Inertia1D",
     "LinearSystem",
@@ -102,19 +135,23 @@ __all__ = [
     "Quantity",
     "RecordError",
     "RecordWarning",
+    "ReportError",
     "Requirement",
     "RequirementResult",
     "ResponseAt",
     "ResponseSensitivities",
+    "Revision",
     "RigidBody",
     "RmsResponse",
     "Run",
     "Samples",
     "Sensitivities",
     "Sensor",
+    "ShockSpectrum",
     "SimulationError",
     "SimulationWarning",
     "StateSpace",
+    "StiffnessShares",
     "Stroke",
     "Study",
     "StudyError",
@@ -131,24 +168,39 @@ __all__ = [
     "bracket",
     "burst_random",
     "compare",
+    "cross_check",
+    "cross_flexure",
+    "cross_flexure_rotation",
+    "distribute_stiffness",
     "estimate_frf",
     "estimate_modes",
     "fit",
     "floor_vibration",
     "full_factorial",
+    "guide_shortening",
+    "half_sine",
     "latin_hypercube",
     "launch_vibration",
+    "leaf_spring",
+    "mirror_deflection",
     "monte_carlo",
     "motion_sensors",
     "multisine",
+    "notch_hinge",
     "one_at_a_time",
     "orthogonal_multisines",
+    "parallel_guide",
     "random_noise",
     "read_record",
+    "report",
+    "required_frequency",
     "required_stiffness",
     "response_sensitivities",
     "sensitivities",
+    "shock_response_spectrum",
     "swept_sine",
+    "transient_response",
     "variants",
     "vibration_budget",
+    "write_record",
 ]

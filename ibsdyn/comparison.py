@@ -227,10 +227,10 @@ def compare(
             f"{other.frequencies[-1]:.6g} Hz. Evaluate the model at the test's: "
             "system.frf(inputs, outputs, estimate.frequencies)."
         )
-    inside = uncertainty = None
+    inside = variance = None
     if isinstance(other, FrfEstimate) and np.all(other.degrees_of_freedom > 0):
         inside = np.abs(ours.response - other.response) <= other.radius(level)
-        uncertainty = other.radius(0.99)
+        variance = other.variance
     largest = other.magnitude.max(axis=2)
     deviation = np.abs(ours.response - other.response).max(axis=2) / np.where(largest > 0, largest, 1.0)
     return Comparison(
@@ -240,7 +240,7 @@ def compare(
         inside,
         _assurance(ours.response, other.response),
         deviation,
-        _matched(ours, other, uncertainty),
+        _matched(ours, other, variance),
         None if modes is None else _mac(*modes),
     )
 
@@ -302,11 +302,9 @@ def _mac(model: ModeSet, test: ModeSet) -> Array:
     return _assurance(a.T[:, None, :], b.T[None, :, :])
 
 
-def _matched(
-    model: FrequencyResponse, test: FrequencyResponse, uncertainty: Array | None
-) -> tuple[MatchedResonance, ...]:
+def _matched(model: FrequencyResponse, test: FrequencyResponse, variance: Array | None) -> tuple[MatchedResonance, ...]:
     """Pair the resonances of both, the nearest first, each in the response of both in which it stands out most."""
-    ours, theirs = find_resonances(model), find_resonances(test, uncertainty)
+    ours, theirs = find_resonances(model), find_resonances(test, variance)
     one_each, other_each = distinct(ours), distinct(theirs)
     mine_of = {a: next(k for k, r in enumerate(one_each) if same(a, r)) for a in ours}
     yours_of = {b: next(k for k, r in enumerate(other_each) if same(b, r)) for b in theirs}
@@ -335,7 +333,7 @@ def _matched(
                 seen.frequency,
                 MatchedResonance(
                     None if one is None else fitted(model, one),
-                    None if other is None else fitted(test, other, uncertainty),
+                    None if other is None else fitted(test, other, variance),
                     model.outputs[seen.output],
                     model.inputs[seen.input],
                 ),

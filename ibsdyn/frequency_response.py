@@ -14,6 +14,7 @@ from ibsdyn.errors import AnalysisError, UnknownNameError, nearest
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from typing_extensions import Self
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,6 +79,24 @@ class FrequencyResponse:
             output_units=tuple(self.output_units[i] for i in rows),
             input_units=tuple(self.input_units[i] for i in columns),
         )
+
+    def within(self, first: float, last: float) -> Self:
+        """Return the responses from one frequency to another [Hz], both included.
+
+        Raises
+        ------
+        AnalysisError : no line lies there.
+        """
+        kept = (self.frequencies >= first) & (self.frequencies <= last)
+        if not kept.any():
+            raise AnalysisError(
+                f"no line lies from {first:g} to {last:g} Hz; there are {len(self.frequencies)} from "
+                f"{self.frequencies[0]:.4g} to {self.frequencies[-1]:.4g} Hz."
+            )
+        return self._at(kept)
+
+    def _at(self, kept: NDArray[np.bool_]) -> Self:
+        return replace(self, frequencies=self.frequencies[kept], response=self.response[..., kept])
 
     def plot(self, axes: Sequence[Axes] | np.ndarray | None = None, label: str | None = None) -> np.ndarray:
         """Draw magnitude and phase over frequency, a pair of Axes for each output and input.

@@ -38,6 +38,12 @@ def longest_step(frequency: float | Array, error: float | Array) -> float:
     return float(np.min(np.sqrt(12 * np.asarray(error)) / (2 * np.pi * np.asarray(frequency, dtype=float))))
 
 
+def linear_frequency(frequency: float | Array, step: float) -> Array:
+    """Return the frequency [Hz] at which the linear model has what the integrator shows at ``frequency`` [Hz]."""
+    warped: Array = np.tan(np.pi * np.asarray(frequency, dtype=float) * step) / (np.pi * step)
+    return warped
+
+
 def derivatives(omega: Array, step: float) -> tuple[NDArray[np.complexfloating], NDArray[np.complexfloating]]:
     """Return (i omega) and (i omega)² as the integrator has them, in a steady oscillation.
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from ibsdyn.assembly import Assembly, body_mass_matrix
 from ibsdyn.axes import Array
-from ibsdyn.damping import damping_matrix, modal_ratios, strain_energy_shares
+from ibsdyn.damping import damping_matrix, modal_diagonal, modal_ratios, strain_energy_shares
 from ibsdyn.elastic_parts import ElasticPart, elastic_parts
 from ibsdyn.engine import FlexibleMapping, linearized_matrices
 from ibsdyn.errors import EngineError, known_keywords
@@ -21,7 +21,7 @@ from ibsdyn.locks import eliminate_locks
 from ibsdyn.modes import Modes, undamped_modes
 from ibsdyn.quasi_static import QuasiStaticMotion, quasi_static_motion
 from ibsdyn.reduction_trust import reduction_errors, warn_of_frequencies_beyond, warn_of_modes_beyond
-from ibsdyn.signals import Input, Sensor, base_column, load_column, sensor_row
+from ibsdyn.signals import Input, Output, base_column, load_column, sensor_row
 from ibsdyn.state_space import StateSpace, state_space
 
 # How far Exudyn's K may be from the components' own: rounding, and in a floating frame numerical differentiation.
@@ -69,12 +69,12 @@ class LinearSystem:
     def _modes(self) -> Modes:
         omega, shapes, rigid = self._modal
         full = self._to_full[:, : len(self.coordinates)] @ shapes
-        doubled = np.einsum("ir,ij,jr->r", shapes, self.C, shapes, optimize=True)
+        doubled = modal_diagonal(shapes, self.C)
         ratios = np.where(rigid, 0.0, doubled / (2.0 * np.where(rigid, 1.0, omega)))
         kinetic = {}
         for body in self._assembly.bodies:
             place = self._assembly.places[body.name]
-            kinetic[body.name] = np.einsum("ir,ij,jr->r", full[place], self._body_mass[body.name], full[place])
+            kinetic[body.name] = modal_diagonal(full[place], self._body_mass[body.name])
         shares = strain_energy_shares(self._parts, shapes, rigid)
         frequencies = omega / (2 * np.pi)
         errors = reduction_errors(self._assembly, frequencies, full)
@@ -114,7 +114,7 @@ class LinearSystem:
     def frf(
         self,
         inputs: Input | Sequence[Input],
-        outputs: Sensor | Sequence[Sensor],
+        outputs: Output | Sequence[Output],
         frequencies: Sequence[float] | Array,
         hysteretic: bool = False,
     ) -> FrequencyResponse:
@@ -123,7 +123,7 @@ class LinearSystem:
         Parameters
         ----------
         inputs : Force, Torque, Stroke, BaseMotion; one or several.
-        outputs : Sensor, one or several; absolute motion unless the sensor has ``relative_to``.
+        outputs : Sensor or CombinedSensor, one or several; absolute motion unless the sensor has ``relative_to``.
         frequencies : (n_freq,) [Hz].
         hysteretic : use the complex stiffness K_j (1 + 2 i zeta_j) of each part in place of the viscous matrix of
             the damping ratios; explicit dampers stay.
@@ -146,7 +146,7 @@ class LinearSystem:
         return response
 
     @known_keywords
-    def to_state_space(self, inputs: Input | Sequence[Input], outputs: Sensor | Sequence[Sensor]) -> StateSpace:
+    def to_state_space(self, inputs: Input | Sequence[Input], outputs: Output | Sequence[Output]) -> StateSpace:
         """Return A, B, C, D of the same inputs and outputs, for python-control, scipy and MATLAB.
 
         Raises
@@ -184,7 +184,7 @@ class LinearSystem:
         """Return how the bodies follow a base that moves infinitely slowly."""
         return self._quasi_static
 
-    def sensor(self, sensor: Sensor) -> tuple[Array, Array]:
+    def sensor(self, sensor: Output) -> tuple[Array, Array]:
         """Return a sensor's displacement row over the free (n,) and the base coordinates (n_base,)."""
         row = sensor_row(sensor, self._assembly) @ self._to_full
         n = len(self.coordinates)

@@ -145,10 +145,10 @@ def _wanted(frf: FrequencyResponse, frequencies: Sequence[float] | Array | None)
                 f"{frequencies!r}."
             )
         return [float(frequency) for frequency in given]
-    uncertainty = None
+    variance = None
     if isinstance(frf, FrfEstimate) and np.all(frf.degrees_of_freedom > 0):
-        uncertainty = frf.radius(0.99)
-    found = distinct(find_resonances(frf, uncertainty))
+        variance = frf.variance
+    found = distinct(find_resonances(frf, variance))
     if not found:
         raise AnalysisError("the responses show no resonance; say where to look (frequencies=[...] in Hz).")
     return [resonance.frequency for resonance in found]

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import warnings
-
 import numpy as np
 import scipy.fft
 from scipy.integrate import cumulative_trapezoid
 
 from ibsdyn.axes import Array
-from ibsdyn.errors import SimulationWarning
+from ibsdyn.errors import SimulationWarning, warn_user
 from ibsdyn.excitation import Excitation
 from ibsdyn.generalized_alpha import derivatives
 
@@ -46,11 +44,10 @@ def displacement_table(excitation: Excitation, order: int, steps_per_sample: int
     lines = np.asarray(scipy.fft.rfft(table))
     mean = float(table.mean())
     if excitation.is_periodic and abs(mean) > MEAN_SHARE * excitation.rms:
-        warnings.warn(
+        warn_user(
             f"{what}: {excitation.name} has a mean of {mean:.3g}, which would carry the base ever further away; it is "
             "left out.",
             SimulationWarning,
-            stacklevel=6,
         )
     lines[0] = 0.0
     # Beyond the band of the samples there is nothing but rounding.

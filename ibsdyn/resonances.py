@@ -13,9 +13,9 @@ from ibsdyn.frequency_response import FrequencyResponse
 
 # A peak must stand out on both sides by this factor to be taken for a resonance, ...
 PROMINENCE = 2.0
-# ... and its value must be known to this share of itself. Variances out of few degrees of freedom are small by chance
+# ... and its standard deviation be below this share of it. Variances out of few degrees of freedom are small by chance
 # at some of thousands of lines, so they are averaged over as many lines.
-UNCERTAIN, POOLED_LINES = 0.15, 17
+UNCERTAIN, POOLED_LINES = 0.07, 17
 # Of each response so many at most, those that stand out most: a noisy response without statistics has hundreds.
 MOST = 30
 # The local fit takes lines within so many half-power widths of the peak, and needs so many of them.
@@ -45,38 +45,35 @@ class Resonance:
     fitted: bool = False
 
 
-def find_resonances(frf: FrequencyResponse, uncertainty: Array | None = None) -> list[Resonance]:
+def find_resonances(frf: FrequencyResponse, variance: Array | None = None) -> list[Resonance]:
     """Return the peaks of every response that stand out and have both half-power points, the 30 clearest of each.
 
     Parameters
     ----------
     frf : the responses.
-    uncertainty : (n_out, n_in, n_freq) radius around each value; a peak that it could make up is left out.
+    variance : (n_out, n_in, n_freq) of each value; a peak that noise could make up is left out.
 
     Notes
     -----
     Half-power points by linear interpolation of the squared magnitude. The width between them is 2 zeta f_n.
     """
-    pooled = None
-    if uncertainty is not None:
-        pooled = scipy.ndimage.uniform_filter1d(uncertainty**2, POOLED_LINES, axis=2, mode="nearest")
-        pooled = np.sqrt(np.maximum(pooled, 0.0))  # its running sum may end below zero by rounding
+    spread = None if variance is None else _pooled(variance)
     return [
         resonance
         for o in range(len(frf.outputs))
         for i in range(len(frf.inputs))
-        for resonance in _resonances_of(frf, o, i, None if pooled is None else pooled[o, i])
+        for resonance in _resonances_of(frf, o, i, None if spread is None else spread[o, i])
     ]
 
 
-def fitted(frf: FrequencyResponse, resonance: Resonance, uncertainty: Array | None = None) -> Resonance:
+def fitted(frf: FrequencyResponse, resonance: Resonance, variance: Array | None = None) -> Resonance:
     """Return a resonance with frequency and damping of a local fit; as it was where the fit fails.
 
     Parameters
     ----------
     frf : the responses it was found in.
     resonance : of ``find_resonances``.
-    uncertainty : (n_out, n_in, n_freq) radius around each value, for the weights; equal ones if None.
+    variance : (n_out, n_in, n_freq) of each value, for the weights; equal ones if None.
 
     Notes
     -----
@@ -93,8 +90,8 @@ def fitted(frf: FrequencyResponse, resonance: Resonance, uncertainty: Array | No
     s = 1j * f[near] / resonance.frequency
     values = response[near] / np.abs(response[near]).max()
     weights = np.ones(len(s))
-    if uncertainty is not None:
-        weights = 1.0 / uncertainty[resonance.output, resonance.input, near]
+    if variance is not None:
+        weights = 1.0 / np.maximum(_pooled(variance[resonance.output, resonance.input])[near], np.finfo(float).tiny)
     offset = (f[near] - resonance.frequency) / (WIDTHS * resonance.width)
     numerator = offset[:, None] ** np.arange(3)
     denominator = np.ones(len(s), dtype=complex)
@@ -132,6 +129,12 @@ def distinct(resonances: list[Resonance]) -> list[Resonance]:
 def same(one: Resonance, other: Resonance) -> bool:
     """Tell whether two peaks are less than half a width apart: one resonance in two responses."""
     return abs(one.frequency - other.frequency) < 0.5 * max(one.width, other.width)
+
+
+def _pooled(variance: Array) -> Array:
+    mean = scipy.ndimage.uniform_filter1d(variance, POOLED_LINES, axis=-1, mode="nearest")
+    pooled: Array = np.sqrt(np.maximum(mean, 0.0))  # its running sum may end below zero by rounding
+    return pooled
 
 
 def _resonances_of(frf: FrequencyResponse, output: int, input_: int, spread: Array | None) -> list[Resonance]:

@@ -12,16 +12,27 @@ from ibsdyn.components import FlexibleBody
 from ibsdyn.engine import FlexibleMapping
 from ibsdyn.floating_frame import FloatingFrame
 from ibsdyn.kinematics import FrameMotion, euler_parameter_frame, linear_frame, tait_bryan_frame
-from ibsdyn.signals import Sensor
+from ibsdyn.signals import Output, Sensor
 
 # Samples that are turned into motions at a time: rotation matrices of a long run would fill the memory.
 CHUNK = 50_000
 
 
+def parts_of(outputs: Sequence[Output]) -> tuple[tuple[Sensor, ...], Array]:
+    """Return the sensors that outputs are made of, and the (n_outputs, n_sensors) weights of their signals."""
+    sums = [((1.0, out),) if isinstance(out, Sensor) else out.parts for out in outputs]
+    sensors = tuple(dict.fromkeys(sensor for parts in sums for _, sensor in parts))
+    weights = np.zeros((len(outputs), len(sensors)))
+    for row, parts in enumerate(sums):
+        for weight, sensor in parts:
+            weights[row, sensors.index(sensor)] += weight
+    return sensors, weights
+
+
 def recorded_items(sensors: Sequence[Sensor], assembly: Assembly, flexible: FlexibleMapping) -> list[str]:
     """Return the items whose coordinates the sensors need."""
     seen = [name for sensor in sensors for name in (sensor.item, sensor.relative_to) if name is not None]
-    return list(dict.fromkeys(_holder(name, flexible) for name in seen))
+    return list(dict.fromkeys(_holder(name, assembly, flexible) for name in seen))
 
 
 def sensor_signals(
@@ -46,7 +57,7 @@ def sensor_signals(
 
         def motion(name: str, part: slice = part, motions: dict[str, FrameMotion] = motions) -> FrameMotion:
             if name not in motions:
-                item = _holder(name, flexible)
+                item = _holder(name, assembly, flexible)
                 motions[name] = _frame(name, coordinates[item][:, part], assembly, floating.get(item))
             return motions[name]
 
@@ -64,8 +75,10 @@ def sensor_signals(
     return values
 
 
-def _holder(name: str, flexible: FlexibleMapping) -> str:
-    return name.split(".", 1)[0] if flexible == "floating-frame" else name
+def _holder(name: str, assembly: Assembly, flexible: FlexibleMapping) -> str:
+    """Return the item whose coordinates tell the motion of an item, an interface or a sensor point."""
+    whole_body = flexible == "floating-frame" or name in assembly.sensor_points
+    return name.split(".", 1)[0] if whole_body else name
 
 
 def _seen(sensor: Sensor, frame: FrameMotion, lever: Array) -> Array:
@@ -75,17 +88,27 @@ def _seen(sensor: Sensor, frame: FrameMotion, lever: Array) -> Array:
 
 
 def _frame(name: str, coordinates: Array, assembly: Assembly, floating: FloatingFrame | None) -> FrameMotion:
-    """Return the motion of the frame of an item or interface."""
+    """Return the motion of the frame of an item, an interface or a sensor point."""
     item = assembly.items.get(name)
     if floating is None:
         if isinstance(item, FlexibleBody):
             return linear_frame(coordinates @ mean_motion(item).T)
+        if name in assembly.sensor_points:
+            return linear_frame(coordinates @ _watched(name, assembly).T)
         return tait_bryan_frame(coordinates)
     frame = euler_parameter_frame(coordinates[:, :, :7])
-    if "." in name:
+    if name in assembly.sensor_points:
+        rows = _watched(name, assembly)
+    elif "." in name:
         body = floating.body.reduced
         start = body.coordinates.index(f"{name.split('.', 1)[1]}.x")
-        rows = np.eye(len(body.coordinates))[start : start + 6, floating.kept]
+        rows = np.eye(len(body.coordinates))[start : start + 6]
     else:
-        rows = mean_motion(floating.body)[:, floating.kept]
-    return frame.carried(assembly.frames[name] - floating.origin, coordinates[:, :, 7:] @ rows.T)
+        rows = mean_motion(floating.body)
+    return frame.carried(assembly.frames[name] - floating.origin, coordinates[:, :, 7:] @ rows[:, floating.kept].T)
+
+
+def _watched(name: str, assembly: Assembly) -> Array:
+    """Return the (6, n_body) motion of a sensor point; its last three rows are zero where it tells no rotation."""
+    motion = assembly.sensor_points[name][1].motion
+    return np.vstack([motion, np.zeros((6 - len(motion), motion.shape[1]))])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
@@ -16,14 +15,14 @@ from tqdm import tqdm
 from ibsdyn.assembly import Assembly, body_mass_matrix
 from ibsdyn.axes import Array, is_rotation
 from ibsdyn.engine import BaseDrive, FlexibleMapping, LoadDrive, TimeIntegration, checked_mapping
-from ibsdyn.errors import ExcitationError, ModelError, SimulationError, SimulationWarning
+from ibsdyn.errors import ExcitationError, ModelError, SimulationError, SimulationWarning, warn_user
 from ibsdyn.excitation import Excitation, positive, sample_count, sampled
 from ibsdyn.generalized_alpha import frequency_error, longest_step
 from ibsdyn.linear_system import LinearSystem, linearize
 from ibsdyn.multisine import common_period
 from ibsdyn.prescribed_motion import displacement_table
-from ibsdyn.sensing import recorded_items, sensor_signals
-from ibsdyn.signals import BaseMotion, Input, Sensor, checked_inputs, checked_outputs
+from ibsdyn.sensing import parts_of, recorded_items, sensor_signals
+from ibsdyn.signals import BaseMotion, Input, Output, checked_inputs, checked_outputs
 from ibsdyn.start_state import at_rest, steady_state
 from ibsdyn.time_record import TimeRecord
 from ibsdyn.validation import point
@@ -33,7 +32,7 @@ Excitations = Mapping[Input, Excitation | ArrayLike] | Sequence[tuple[Input, Exc
 STARTS = ("steady", "rest")
 # The default step: what it may shift the highest excited frequency, and a resonance in shares of its damping ratio. A
 # shift by such a share changes the response beside the peak by as much.
-HIGHEST_ERROR, SHARE_OF_DAMPING = 5e-4, 0.02
+HIGHEST_ERROR, SHARE_OF_DAMPING = 2.5e-4, 0.01
 # A lightly damped mode would ask for ever shorter steps; below this shift other errors are larger.
 LEAST_ERROR = 1e-5
 # Ratios below this are rounding: such a mode has no width that a shift could be held against.
@@ -53,7 +52,7 @@ class _Task:
 
     inputs: tuple[Input, ...]
     excitations: tuple[Excitation, ...]
-    sensors: tuple[Sensor, ...]
+    outputs: tuple[Output, ...]
     sample_rate: float
     n_samples: int
     period: int | None
@@ -63,7 +62,7 @@ def simulate(
     assembly: Assembly,
     title: str,
     excitations: Excitations,
-    sensors: Sensor | Sequence[Sensor],
+    sensors: Output | Sequence[Output],
     duration: float | None,
     sample_rate: float | None,
     start: str | None,
@@ -80,8 +79,9 @@ def simulate(
     _refuse_what_cannot_run(assembly, system, pull)
     bases = {i: system.base_motion(s) for i, s in enumerate(task.inputs) if isinstance(s, BaseMotion)}
     loads = {i: system.load(s) for i, s in enumerate(task.inputs) if not isinstance(s, BaseMotion)}
-    for sensor in task.sensors:
+    for sensor in task.outputs:
         system.sensor(sensor)  # refuses what the model does not have
+    sensors_read, weights = parts_of(task.outputs)
     begin = _start(start, task)
     steps = _steps_per_sample(system, task, steps_per_sample)
     step = 1.0 / (task.sample_rate * steps)
@@ -104,7 +104,7 @@ def simulate(
         damping=system.modal_damping(),
         gravity=pull,
         drives=drives,
-        recorded=recorded_items(task.sensors, assembly, flexible),
+        recorded=recorded_items(sensors_read, assembly, flexible),
     )
     tolerance = _tolerance(system, loads, bases, tables, step, pull)
     with _bar(title, steps * (task.n_samples - 1), progress) as bar:
@@ -116,9 +116,9 @@ def simulate(
             tolerance,
             lambda made: bar.update(made - bar.n),
         )
-    responses = sensor_signals(task.sensors, coordinates, assembly, flexible)
+    responses = weights @ sensor_signals(sensors_read, coordinates, assembly, flexible)
     driven = [_over(e.samples, task.n_samples) for e in task.excitations]
-    signals: tuple[Input | Sensor, ...] = (*task.inputs, *task.sensors)
+    signals: tuple[Input | Output, ...] = (*task.inputs, *task.outputs)
     return TimeRecord(
         np.vstack([*driven, responses]),
         [signal.name for signal in signals],
@@ -131,7 +131,7 @@ def simulate(
 
 def _task(
     excitations: Excitations,
-    sensors: Sensor | Sequence[Sensor],
+    sensors: Output | Sequence[Output],
     duration: float | None,
     sample_rate: float | None,
 ) -> _Task:
@@ -207,33 +207,44 @@ def _start(start: str | None, task: _Task) -> str:
     return start
 
 
-def _steps_per_sample(system: LinearSystem, task: _Task, given: int | None) -> int:
-    """Return the steps per sample: those asked for, or what the excited band and the modes in it need."""
-    highest = max(excitation.band()[1] for excitation in task.excitations)
+def steps_needed(system: LinearSystem, excitations: Sequence[Excitation], sample_rate: float) -> int:
+    """Return the steps per sample that the excited band and the modes in it need."""
+    frequencies, allowed = _allowed_errors(system, excitations, sample_rate)
+    return max(1, math.ceil(1.0 / (longest_step(frequencies, allowed) * sample_rate) - 1e-9))
+
+
+def _allowed_errors(system: LinearSystem, excitations: Sequence[Excitation], sample_rate: float) -> tuple[Array, Array]:
+    """Return frequencies [Hz], and by which share the integrator may shift each."""
+    highest = max(excitation.band()[1] for excitation in excitations)
     modes = system.modes()
-    within = (modes.frequencies > 0) & (modes.frequencies <= (highest if highest > 0 else 0.5 * task.sample_rate))
+    within = (modes.frequencies > 0) & (modes.frequencies <= (highest if highest > 0 else 0.5 * sample_rate))
     within &= modes.damping_ratios > UNDAMPED
     frequencies = modes.frequencies[within]
     allowed = np.clip(SHARE_OF_DAMPING * modes.damping_ratios[within], LEAST_ERROR, None)
     if highest > 0:
         frequencies, allowed = np.r_[frequencies, highest], np.r_[allowed, HIGHEST_ERROR]
     if not frequencies.size:
-        frequencies, allowed = np.array([0.5 * task.sample_rate]), np.array([HIGHEST_ERROR])
-    needed = max(1, math.ceil(1.0 / (longest_step(frequencies, allowed) * task.sample_rate) - 1e-9))
+        frequencies, allowed = np.array([0.5 * sample_rate]), np.array([HIGHEST_ERROR])
+    return frequencies, allowed
+
+
+def _steps_per_sample(system: LinearSystem, task: _Task, given: int | None) -> int:
+    """Return the steps per sample: those asked for, or those that are needed."""
+    needed = steps_needed(system, task.excitations, task.sample_rate)
     if given is None:
         return needed
     if not isinstance(given, (int, np.integer)) or isinstance(given, bool) or given < 1:
         raise ModelError(f"simulate: steps_per_sample must be a whole number from 1 on, got {given!r}.")
     step = 1.0 / (task.sample_rate * given)
+    frequencies, allowed = _allowed_errors(system, task.excitations, task.sample_rate)
     excess = frequency_error(frequencies, step) / allowed
     if excess.max() > COARSE:
         worst = int(excess.argmax())
         share = 100 * frequency_error(frequencies[worst], step)
-        warnings.warn(
+        warn_user(
             f"simulate: the step of {step:.3g} s is coarse: at {frequencies[worst]:.4g} Hz it shifts frequencies by "
             f"{share:.2g} %, where {100 * allowed[worst]:.2g} % would do; steps_per_sample={needed} is enough.",
             SimulationWarning,
-            stacklevel=5,
         )
     return int(given)
 
@@ -291,13 +302,13 @@ def _base_drives(
     drives = []
     directions = len(assembly.directions)
     for row, coordinate in enumerate(system.base_coordinates):
-        moving = [(index, column[row]) for index, column in bases.items() if column[row]]
+        moving = [(tables[index], column[row]) for index, column in bases.items() if column[row]]
         if not moving:
             continue
-        lengths = {len(tables[index]) for index, _ in moving}
+        lengths = {len(table) for table, _ in moving}
         length = lengths.pop() if len(lengths) == 1 else count
-        table = sum((share * _over(tables[index], length) for index, share in moving), np.zeros(length))
-        drives.append(BaseDrive(coordinate.rsplit(".", 1)[0], row % directions, table))
+        total = sum((share * _over(table, length) for table, share in moving), np.zeros(length))
+        drives.append(BaseDrive(coordinate.rsplit(".", 1)[0], row % directions, total))
     return drives
 
 

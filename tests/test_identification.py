@@ -194,6 +194,13 @@ def test_h2_of_two_by_two_inverts_the_reverse_regression_and_covers():
         ibs.estimate_frf(record, ["u1", "u2"], ["y1"], "welch", estimator="H2")
 
 
+def test_default_windows_suit_the_shortest_of_several_records():
+    records = [noise_record(seed=1, n=50_000), noise_record(seed=2, n=1000)]
+    for method in ("welch", "spectral"):
+        estimate = ibs.estimate_frf(records, "u1", "y1", method)
+        assert np.mean(abs(estimate.response - true_response(estimate.frequencies)) < estimate.radius(0.99)) > 0.95
+
+
 def test_coherences():
     record = noise_record(n=400_000, inputs=2)
     estimate = ibs.estimate_frf(record, ["u1", "u2"], "y1", "welch", window_length=256)
@@ -380,6 +387,17 @@ def test_only_the_last_whole_periods_count_and_transients_can_be_dropped():
 
 
 # --- what the result is
+
+
+def test_a_band_keeps_the_statistics():
+    estimate = ibs.estimate_frf(noise_record(inputs=2), ["u1", "u2"], "y1", method="welch")
+    band = estimate.within(100.0, 200.0)
+    kept = (estimate.frequencies >= 100.0) & (estimate.frequencies <= 200.0)
+    np.testing.assert_array_equal(band.frequencies, estimate.frequencies[kept])
+    np.testing.assert_array_equal(band.radius(0.9), estimate.radius(0.9)[..., kept])
+    np.testing.assert_array_equal(band.coherence, estimate.coherence[..., kept])
+    with pytest.raises(ibs.AnalysisError, match="no line lies from 600 to 700 Hz"):
+        estimate.within(600, 700)
 
 
 def test_selection_keeps_the_statistics():

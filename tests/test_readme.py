@@ -11,7 +11,7 @@ ROOT = Path(__file__).parents[1]
 
 def test_first_model_and_fe_part_run_as_printed(tmp_path, monkeypatch, capsys):
     blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
-    assert len(blocks) == 2
+    assert len(blocks) == 3
     for export in (ROOT / "examples" / "mirror_flexure").iterdir():
         shutil.copy(export, tmp_path)
     monkeypatch.chdir(tmp_path)
@@ -21,8 +21,11 @@ def test_first_model_and_fe_part_run_as_printed(tmp_path, monkeypatch, capsys):
     printed = capsys.readouterr().out
     assert "nothing to remark" in printed
     assert names["system"].modes().frequencies[0] > 30
-    # the second block shows two ways to add one part; each goes into a model of its own
-    reading, first, second = re.split(r"\n(?=model\.)", blocks[1])
+    exec(compile(blocks[1], "README.md", "exec"), names)
+    assert names["record"].names == ("floor.x acceleration", "box.x at (0, 0, 0.3) acceleration")
+    assert "the largest that was run" in capsys.readouterr().out
+    # the third block shows two ways to add one part; each goes into a model of its own
+    reading, first, second = re.split(r"\n(?=model\.)", blocks[2])
     exec(compile(reading, "README.md", "exec"), names)
     assert names["body"].mass > 0.08
     names["model"].copy().flexible_body("flexure", names["body"])

@@ -336,3 +336,30 @@ def test_truncated_and_hostile_files(tmp_path, monkeypatch):
         file.create_dataset("U1", shape=(1 << 36,), dtype="f8", chunks=True, compression="gzip")
     with pytest.raises(ibs.RecordError, match="far more than the file holds"):
         ibs.read_record(tmp_path / "g.h5")
+
+
+# --- what we write ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("suffix", [".npz", ".csv"])
+def test_a_written_record_is_read_back_as_it_was(tmp_path, suffix):
+    path = tmp_path / f"run{suffix}"
+    record = ibs.TimeRecord(
+        [U1, Y1], ["platform.z acceleration", "Y1"], ["m/s²", "rad"], RATE, start=0.25, period=100, title="run"
+    )
+    ibs.write_record(record, path)
+    again = ibs.read_record(path)
+    assert (again.names, again.units) == (record.names, record.units)
+    np.testing.assert_array_equal(again.signals, record.signals)
+    assert again.start == record.start
+    assert again.sample_rate == pytest.approx(RATE, rel=1e-12)
+    assert again.period == (100 if suffix == ".npz" else None)
+    assert [entry.name for entry in tmp_path.iterdir()] == [path.name]
+
+
+def test_a_record_that_cannot_be_written_leaves_nothing(tmp_path):
+    record = ibs.TimeRecord([U1], ["a;b"], ["m"], RATE)
+    for name, words in (("run.xlsx", r"one of \.npz, \.csv"), ("run.csv", "cannot stand in a title")):
+        with pytest.raises(ibs.RecordError, match=words):
+            ibs.write_record(record, tmp_path / name)
+    assert not list(tmp_path.iterdir())

@@ -72,6 +72,36 @@ def test_small_excitation_gives_the_linear_frf(reduced, flexible, source, amplit
     assert frf_errors(hybrid(reduced), source, amplitude, sensors, LINES, RATE, flexible=flexible).max() < 1e-3
 
 
+@pytest.fixture(scope="module")
+def watched():
+    """The flexure with two points that are watched: all nodes of its middle, and a single node near the tip."""
+    part = fi.read_calculix(FLEXURE)
+    frames = [part.positions[np.isin(part.node_ids, part.node_sets[name])].mean(axis=0) for name in ("BASE", "TIP")]
+    middle = fi.Plane(0.5 * (frames[0] + frames[1]), frames[1] - frames[0], thickness=4e-3)
+    inner = np.setdiff1d(
+        part.node_ids[np.linalg.norm(part.positions - frames[1], axis=1) < 0.01], part.node_sets["TIP"]
+    )
+    ends = {"base": "BASE", "tip": "TIP"}
+    return fi.reduce(part, ends, max_frequency=3000.0, sensors={"middle": middle, "probe": int(inner[0])})
+
+
+@pytest.mark.parametrize("flexible", MAPPINGS)
+@pytest.mark.parametrize(
+    ("source", "amplitude"),
+    [(ibs.BaseMotion("platform", "z"), 1e-3), (ibs.Force("flexure.probe", "y"), 1e-4)],
+    ids=lambda value: getattr(value, "name", ""),
+)
+def test_sensor_points_see_and_carry_what_the_linear_frf_says(watched, flexible, source, amplitude):
+    main = source.direction
+    sensors = [
+        ibs.Sensor("flexure.probe", main),
+        ibs.Sensor("flexure.middle", main, quantity="velocity"),
+        ibs.Sensor("flexure.middle", {"z": "ry", "y": "rz"}[main], quantity="displacement"),
+        ibs.Sensor("flexure.probe", main, quantity="displacement", relative_to="mirror"),
+    ]
+    assert frf_errors(hybrid(watched), source, amplitude, sensors, LINES, RATE, flexible=flexible).max() < 1e-3
+
+
 @pytest.mark.parametrize("flexible", MAPPINGS)
 def test_interfaces_locked_to_their_neighbours(reduced, flexible):
     sensors = [ibs.Sensor("mirror", "z"), ibs.Sensor("flexure.tip", "ry")]
@@ -115,13 +145,15 @@ def test_sag_under_gravity_is_the_linear_deflection(reduced, flexible):
         np.testing.assert_allclose(record.signals[1:][part, -1], expected[part], atol=1e-3 * scale)
 
 
-def test_a_floating_frame_turns_far(reduced):
-    """The platform turns through 0.9 rad: the tip and the flexible body's mean go round with it, a little behind."""
+def test_a_floating_frame_turns_far(watched):
+    """The platform turns through 0.9 rad: all points of the flexible body go round with it, a little behind."""
+    reduced = watched
     model = clamped(reduced)
     base = np.array(reduced.interfaces["base"].position)
     time = np.arange(400) / RATE
     angle = 0.9 * np.sin(np.pi * time / 0.4) ** 2
     spots = {"flexure.tip": point(reduced), "flexure": np.array(reduced.centre_of_mass)}
+    spots |= {f"flexure.{name}": sensor.position for name, sensor in reduced.sensors.items()}
     sensors = [
         ibs.Sensor(item, d, position=spot, quantity="displacement") for item, spot in spots.items() for d in "xy"
     ]

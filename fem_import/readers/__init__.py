@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, overload
 
 from fem_import.errors import ExportError, MissingFileError, UnknownKeywordError, nearest_known
 from fem_import.fe_model import FEModel
 from fem_import.readers.abaqus import is_matrix_table, is_substructure, job_has_matrices, read_abaqus
 from fem_import.readers.abaqus_substructure import read_abaqus_substructure
 from fem_import.readers.ansys import is_full, read_ansys
+from fem_import.readers.ansys_substructure import read_ansys_substructure, refuse_substructure_file
 from fem_import.readers.calculix import JOB_SUFFIXES, job_stem, read_calculix
 from fem_import.readers.harwell_boeing import is_harwell_boeing
 from fem_import.readers.matlab import is_matlab, read_matlab
@@ -20,12 +21,14 @@ from fem_import.readers.matrix_market_file import is_matrix_market
 from fem_import.readers.nastran import is_bulk, read_nastran, read_nastran_superelement
 from fem_import.readers.npz import read_npz
 from fem_import.readers.packed_file import bare_suffix, first_bytes
+from fem_import.reduced_body import ReducedBody
 
 __all__ = [
     "read",
     "read_abaqus",
     "read_abaqus_substructure",
     "read_ansys",
+    "read_ansys_substructure",
     "read_calculix",
     "read_matlab",
     "read_matrix_market",
@@ -34,11 +37,22 @@ __all__ = [
     "read_npz",
 ]
 
-_OPTIONS = ("mass", "damping", "mapping", "nodes", "node_sets", "deck", "dofs", "names", "bulk")
+_OPTIONS = ("mass", "damping", "mapping", "nodes", "node_sets", "deck", "dofs", "names", "bulk", "interfaces")
+_OPTIONS_OF_SUPERELEMENTS = ("positions", "masters")
 _HEAD = 4096
 
 
-def read(path: str | os.PathLike[str], units: str | None = None, **options: Any) -> FEModel:
+@overload
+def read(
+    path: str | os.PathLike[str], units: str | None = None, *, interfaces: Mapping[str, int], **options: Any
+) -> ReducedBody: ...
+
+
+@overload
+def read(path: str | os.PathLike[str], units: str | None = None, **options: Any) -> FEModel: ...
+
+
+def read(path: str | os.PathLike[str], units: str | None = None, **options: Any) -> FEModel | ReducedBody:
     """Read an export; the program it comes from is told by the files.
 
     Parameters
@@ -48,23 +62,27 @@ def read(path: str | os.PathLike[str], units: str | None = None, **options: Any)
         file; a .npz or .mat; DMIG cards or OUTPUT4 (.op4) of Nastran. Gzipped or not.
     units : of the model: "SI", "mm-t-s", "mm-kg-s" or "in-lbf-s". Required, except for CalculiX, whose reader
         takes "SI" by default.
+    interfaces : {name: node label} of a superelement that the program has reduced already (Abaqus substructure,
+        Nastran EXTSEOUT, Ansys .sub as text), and only of such: interfaces of a model are given to fi.reduce.
     options : what the reader of that program takes: mass=, nodes=, mapping=, deck= ...; see read_ansys,
-        read_abaqus, read_matrix_market, read_npz, read_matlab,
-        read_nastran.
+        read_abaqus, read_matrix_market, read_npz, read_matlab, read_nastran, and for superelements
+        read_abaqus_substructure, read_nastran_superelement, read_ansys_substructure.
 
     Returns
     -------
-    FEModel : checked, SI.
+    FEModel : checked, SI; with interfaces= the ReducedBody that the superelement is.
 
     Raises
     ------
     ExportError : no reader knows the file, or it is damaged. MissingFileError, UnknownNameError.
     """
+    known = ("path", "units", *_OPTIONS, *(_OPTIONS_OF_SUPERELEMENTS if "interfaces" in options else ()))
     for option in options:
-        if option not in _OPTIONS:
-            known = ("path", "units", *_OPTIONS)
+        if option not in known:
             raise UnknownKeywordError(f"read() has no parameter {option!r}.{nearest_known(option, known)}")
     given = Path(path)
+    if "interfaces" in options:
+        return _reader_of_superelement(given)(given, units=units, **options)
     if _is_calculix_job(given):
         if options:
             raise ExportError(
@@ -81,7 +99,23 @@ def _is_calculix_job(given: Path) -> bool:
     return beside or bare_suffix(given) in suffixes
 
 
+def _reader_of_superelement(given: Path) -> Callable[..., ReducedBody]:
+    refuse_substructure_file(given)
+    head = first_bytes(given, _HEAD)
+    if is_substructure(head):
+        return read_abaqus_substructure
+    if bare_suffix(given) == ".op4" or is_bulk(head):
+        return read_nastran_superelement
+    if is_matrix_market(head):
+        return read_ansys_substructure
+    raise ExportError(
+        f"{given.name} is no superelement that is reduced already (Abaqus substructure, Nastran EXTSEOUT, Ansys .sub "
+        "as text). Leave interfaces= out and give them to fi.reduce(fi.read(...), interfaces=...)."
+    )
+
+
 def _reader_of(given: Path, options: dict[str, Any]) -> Callable[..., FEModel]:
+    refuse_substructure_file(given)
     head = first_bytes(given, _HEAD)
     suffix = bare_suffix(given)
     if suffix == ".inp":

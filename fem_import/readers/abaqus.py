@@ -19,13 +19,13 @@ from fem_import.keywords import known_keywords
 from fem_import.readers.abaqus_deck import read_abaqus_deck
 from fem_import.readers.assembly import LabelledMatrices, mass_beside
 from fem_import.readers.node_table import Nodes
-from fem_import.readers.packed_file import bare_suffix, first_bytes, read_bytes
+from fem_import.readers.packed_file import bare_suffix, contents_of, first_bytes
+from fem_import.readers.regular_text import IntArray, regular_labelled_triplets
 from fem_import.readers.triangles import full_symmetric
-from fem_import.readers.triplets import parse_triplets, printed_digits, refuse_cut_text
+from fem_import.readers.triplets import parse_triplets, printed_digits, refuse_cut_text, refuse_not_finite
 from fem_import.units import required_units
 
 PathLike: TypeAlias = "str | os.PathLike[str]"
-IntArray: TypeAlias = NDArray[np.int64]
 FloatArray: TypeAlias = NDArray[np.float64]
 
 _LINE = np.dtype(
@@ -75,13 +75,13 @@ def read_abaqus(
     required_units(units, stiffness.name)
     if is_substructure(first_bytes(stiffness, 4096)):
         raise ExportError(
-            f"{stiffness.name} is a substructure, already reduced. Read it by fi.read_abaqus_substructure, which "
-            "makes a "
-            "ReducedBody."
+            f"{stiffness.name} is a substructure, already reduced. Name its retained nodes and it becomes a "
+            "ReducedBody: fi.read(path, units=..., interfaces={'base': node label, ...}), or "
+            "fi.read_abaqus_substructure."
         )
     mass_path = Path(mass) if mass is not None else mass_beside(stiffness, _MASS_NAMES, _HOW_TO_EXPORT)
     paths = [stiffness, mass_path] + ([Path(damping)] if damping is not None else [])
-    tables = [_read_table(item) for item in paths]
+    tables = [_parsed_table(content, item.name) for item, content in zip(paths, contents_of(*paths), strict=True)]
     deck_path = _deck_beside(stiffness) if deck_path is None else deck_path
     nodes = read_abaqus_deck(deck_path)
     matrices = _matrices(tables, [item.name for item in paths], nodes, deck_path.name).without_penalties()
@@ -121,17 +121,38 @@ class _Table:
     digits: int
 
 
-def _read_table(path: Path) -> _Table:
-    content = read_bytes(path)
-    refuse_cut_text(content, path.name)
+def _parsed_table(content: bytes, name: str) -> _Table:
+    refuse_cut_text(content, name)
     line = content[: content.find(b"\n")]
     comma = b"," in line
     if len(line.replace(b",", b" ").split()) == 3:
         text = content.translate(bytes.maketrans(b",", b" ")) if comma else content
-        triplets = parse_triplets(text, path.name)
+        triplets = parse_triplets(text, name)
         return _Table(triplets.rows, triplets.columns, None, None, triplets.values, triplets.digits)
+    found = regular_labelled_triplets(content)
+    if found is None:
+        table = _loaded(content, comma, name)
+        parts = [np.ascontiguousarray(table[field]) for field in ("node1", "dof1", "node2", "dof2")]
+        values = np.ascontiguousarray(table["value"])
+    else:
+        parts = [part for pairs in found[:2] for part in (pairs // 100, pairs % 100)]
+        values = found[2]
+    refuse_not_finite(values, name)
+    for dofs in (parts[1], parts[3]):
+        wrong = (dofs < 1) | (dofs > 6)
+        if np.any(wrong):
+            entry = int(np.flatnonzero(wrong)[0])
+            raise ExportError(
+                f"{name}, entry {entry + 1}: DoF {dofs[entry]} is neither a displacement (1..3) nor a rotation "
+                "(4..6). Warping, temperature, pressure and the like cannot be imported."
+            )
+    return _Table(parts[1], parts[3], parts[0], parts[2], values, printed_digits(content))
+
+
+def _loaded(content: bytes, comma: bool, name: str) -> NDArray[np.void]:
+    """Parse what is not so regular line by line, to say which line is wrong."""
     try:
-        table = np.loadtxt(
+        return np.loadtxt(
             io.BytesIO(content),
             dtype=_LINE,
             comments=None,
@@ -142,29 +163,8 @@ def _read_table(path: Path) -> _Table:
     except (ValueError, OverflowError) as error:
         reason = str(error).splitlines()[0]
         raise ExportError(
-            f"{path.name}: expected lines 'node, dof, node, dof, value' or 'row column value'; {reason} Is the file "
-            "damaged?"
+            f"{name}: expected lines 'node, dof, node, dof, value' or 'row column value'; {reason} Is the file damaged?"
         ) from None
-    values = np.ascontiguousarray(table["value"])
-    if not np.all(np.isfinite(values)):
-        entry = int(np.flatnonzero(~np.isfinite(values))[0])
-        raise ExportError(f"{path.name}, entry {entry + 1}: {values[entry]} is not finite. Is the file damaged?")
-    for dofs in (table["dof1"], table["dof2"]):
-        wrong = (dofs < 1) | (dofs > 6)
-        if np.any(wrong):
-            entry = int(np.flatnonzero(wrong)[0])
-            raise ExportError(
-                f"{path.name}, entry {entry + 1}: DoF {dofs[entry]} is neither a displacement (1..3) nor a rotation "
-                "(4..6). Warping, temperature, pressure and the like cannot be imported."
-            )
-    return _Table(
-        rows=np.ascontiguousarray(table["dof1"]),
-        columns=np.ascontiguousarray(table["dof2"]),
-        row_nodes=np.ascontiguousarray(table["node1"]),
-        column_nodes=np.ascontiguousarray(table["node2"]),
-        values=values,
-        digits=printed_digits(content),
-    )
 
 
 def _matrices(tables: list[_Table], names: list[str], nodes: Nodes, deck_name: str) -> LabelledMatrices:
@@ -193,7 +193,7 @@ def _matrices(tables: list[_Table], names: list[str], nodes: Nodes, deck_name: s
     return _condensed(matrices, names[0])
 
 
-def _dofs_by_row_number(table: _Table, name: str, nodes: Nodes, deck_name: str) -> IntArray:
+def _dofs_by_row_number(table: _Table, name: str, nodes: Nodes, deck_name: str) -> NDArray[np.int64]:
     size = int(max(table.rows.max(), table.columns.max())) + 1
     n_nodes = len(nodes.labels)
     each, rest = divmod(size, n_nodes)
@@ -207,7 +207,7 @@ def _dofs_by_row_number(table: _Table, name: str, nodes: Nodes, deck_name: str) 
     return np.column_stack([np.repeat(np.arange(1, n_nodes + 1), each), np.tile(np.arange(1, each + 1), n_nodes)])
 
 
-def _places_of_labels(tables: list[_Table]) -> tuple[IntArray, list[tuple[IntArray, IntArray]]]:
+def _places_of_labels(tables: list[_Table]) -> tuple[NDArray[np.int64], list[tuple[IntArray, IntArray]]]:
     """Return the DoF table, sorted by node and direction, and the row and column numbers of each file."""
     keys = []
     for table in tables:
@@ -215,20 +215,25 @@ def _places_of_labels(tables: list[_Table]) -> tuple[IntArray, list[tuple[IntArr
             if labels is None or np.any(abs(labels) > 2**55):
                 raise ExportError("A node label is no label: the matrix file is damaged.")
             keys.append(labels * 8 + directions)
-    found = _sorted_unique(np.concatenate(keys))
-    places = [np.searchsorted(found, key) for key in keys]
-    dofs = np.column_stack([found >> 3, found & 7])
-    return dofs, list(zip(places[::2], places[1::2], strict=True))
+    found, numbers = _numbered(keys)
+    dofs = np.column_stack([found >> 3, found & 7]).astype(np.int64)
+    return dofs, list(zip(numbers[::2], numbers[1::2], strict=True))
 
 
-def _sorted_unique(keys: IntArray) -> IntArray:
-    """Return np.unique of keys; by a table of flags where they are dense, which is ten times faster than sorting."""
-    lowest, highest = int(keys.min()), int(keys.max())
-    if highest - lowest > 16 * len(keys):
-        return np.unique(keys)
+def _numbered(keys: list[IntArray]) -> tuple[NDArray[np.int64], list[IntArray]]:
+    """Return the keys that occur, in order, and each array as places in it.
+
+    Where they are dense, a table does it, ten times faster than sorting.
+    """
+    lowest, highest = min(int(part.min()) for part in keys), max(int(part.max()) for part in keys)
+    if highest - lowest > 16 * sum(map(len, keys)):
+        found = np.unique(np.concatenate(keys)).astype(np.int64)
+        return found, [np.searchsorted(found, part) for part in keys]
     flags = np.zeros(highest - lowest + 1, dtype=bool)
-    flags[keys - lowest] = True
-    return np.flatnonzero(flags) + lowest
+    for part in keys:
+        flags[part - lowest] = True
+    places = np.cumsum(flags) - 1
+    return np.flatnonzero(flags) + lowest, [places[part - lowest] for part in keys]
 
 
 def _refuse_renumbered(labels: IntArray, nodes: Nodes, name: str, deck_name: str) -> None:

@@ -20,7 +20,7 @@ from fem_import.readers.assembly import LabelledMatrices, mass_beside, refuse_ot
 from fem_import.readers.harwell_boeing import PrintedMatrix, is_harwell_boeing, parse_harwell_boeing
 from fem_import.readers.matrix_market_file import is_matrix_market, parse_matrix, parse_vector
 from fem_import.readers.node_table import Nodes, read_node_table
-from fem_import.readers.packed_file import bare_suffix, first_bytes, read_bytes, text_of
+from fem_import.readers.packed_file import bare_suffix, contents_of, first_bytes, read_bytes, text_of
 from fem_import.readers.triplets import refuse_cut_text
 from fem_import.units import required_units
 
@@ -104,7 +104,9 @@ def _read_text(
     mass_path = Path(mass) if mass is not None else mass_beside(stiffness, _MASS_NAMES, _HOW_TO_EXPORT)
     paths = [stiffness, mass_path] + ([Path(damping)] if damping is not None else [])
     parse = parse_harwell_boeing if is_hb else parse_matrix
-    printed: list[PrintedMatrix] = [parse(read_bytes(path), path.name) for path in paths]
+    printed: list[PrintedMatrix] = [
+        parse(content, path.name) for path, content in zip(paths, contents_of(*paths), strict=True)
+    ]
     sizes = [item.matrix.shape[0] for item in printed]
     for path, size in zip(paths[1:], sizes[1:], strict=True):
         refuse_other_size(size, sizes[0], path.name, stiffness.name)
@@ -132,6 +134,7 @@ def _read_text(
         C=printed[2].matrix if damping is not None else None,
         dofs=dofs,
         digits=min(item.digits for item in printed),
+        of_one_triangle=all(item.of_one_triangle for item in printed),
     )
 
 
@@ -154,6 +157,9 @@ def _read_equation_mapping(path: Path) -> IntArray:
     """Read HBMAT's lines "equation node UX" into (n, 2) node, direction; headings are passed over."""
     content = read_bytes(path)
     refuse_cut_text(content, path.name)
+    regular = _regular_mapping(content)
+    if regular is not None:
+        return regular
     found: list[tuple[int, int]] = []
     for number, line in enumerate(text_of(content).splitlines(), start=1):
         match = _MAPPING_LINE.match(line)
@@ -177,6 +183,21 @@ def _read_equation_mapping(path: Path) -> IntArray:
     if not found:
         raise ExportError(f"{path.name} holds no line 'equation node UX'.")
     return np.array(found, dtype=np.int64)
+
+
+def _regular_mapping(content: bytes) -> IntArray | None:
+    """Return the mapping of one heading and lines of three words; None where it is not just that."""
+    _, _, body = content.partition(b"\n")
+    words = body.split()
+    equations, nodes, names = words[::3], words[1::3], words[2::3]
+    directions = {name: DIRECTIONS.get(name.decode("latin-1").upper(), 0) for name in set(names)}
+    n = len(names)
+    regular = n > 0 and len(words) == 3 * n == 3 * body.count(b"\n") and 0 not in directions.values()
+    if not regular or not b"".join(nodes).isdigit() or len(max(nodes, key=len)) > 15:
+        return None
+    if equations != [b"%d" % number for number in range(1, n + 1)]:
+        return None
+    return np.column_stack([np.array(nodes, dtype=np.int64), [directions[name] for name in names]])
 
 
 def _read_node_vector(path: Path, size: int) -> IntArray:

@@ -25,13 +25,17 @@ _PENALTY = 1e30  # programs write 1e36 on the diagonal of a constrained DoF
 
 @dataclass(frozen=True, eq=False)
 class LabelledMatrices:
-    """K, M and C (or None) of one export, both triangles, with node label and direction of each row (n, 2)."""
+    """K, M and C (or None) of one export, both triangles, with node label and direction of each row (n, 2).
+
+    of_one_triangle: whether each was printed as one triangle, so that there is no other to compare it with.
+    """
 
     K: SparseMatrix
     M: SparseMatrix
     C: SparseMatrix | None
     dofs: IntArray
     digits: int | None
+    of_one_triangle: bool = False
 
     def without_null_rows(self) -> LabelledMatrices:
         """Leave out the rows that nothing touches: DoF that the program keeps although they are constrained."""
@@ -85,6 +89,8 @@ class LabelledMatrices:
             units=units,
             source=source,
             digits=self.digits,
+            copy=False,
+            symmetric=self.of_one_triangle,
         )
         warn_of_few_digits(self.digits, source)
         return part

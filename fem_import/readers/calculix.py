@@ -7,17 +7,19 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
 
 from fem_import.errors import ExportError, MissingFileError
 from fem_import.fe_model import FEModel
 from fem_import.readers.assembly import warn_of_few_digits
 from fem_import.readers.calculix_deck import Deck, read_deck
-from fem_import.readers.packed_file import read_bytes
+from fem_import.readers.packed_file import contents_of, read_bytes
+from fem_import.readers.triangles import mirrored, refuse_outside
 from fem_import.readers.triplets import Triplets, parse_triplets
+from fem_import.threads import side_by_side
 from fem_import.units import unit_system
 
 JOB_SUFFIXES = (".inp", ".sti", ".mas", ".dof")
+_LABEL_DIGITS = 15
 _HOW_TO_EXPORT = "Run ccx on a free or held part with *STEP / *FREQUENCY, SOLVER=MATRIXSTORAGE / 10 / *END STEP."
 
 
@@ -36,22 +38,31 @@ def read_calculix(path: str | os.PathLike[str], units: str = "SI") -> FEModel:
     stiffness_path = _job_file(stem, ".sti", _HOW_TO_EXPORT)
     mass_path = _job_file(stem, ".mas", f"The analysis never formed the mass matrix. {_HOW_TO_EXPORT}")
 
+    matrix_paths = (stiffness_path, mass_path)
+    contents = contents_of(*matrix_paths)
     deck = read_deck(deck_path)
     dofs, rotation_nodes = _rotations_to_reference(_read_dofs(dof_path, deck), deck, dof_path.name)
-    stiffness = _read_triangle(stiffness_path, len(dofs), dof_path.name)
-    mass = _read_triangle(mass_path, len(dofs), dof_path.name)
-    if not (np.array_equal(stiffness.rows, mass.rows) and np.array_equal(stiffness.columns, mass.columns)):
+    stiffness, mass = (
+        _checked_triangle(parse_triplets(content, path.name), path, len(dofs), dof_path.name)
+        for path, content in zip(matrix_paths, contents, strict=True)
+    )
+    one_pattern = np.array_equal(stiffness.rows, mass.rows) and np.array_equal(stiffness.columns, mass.columns)
+    K, M = side_by_side(
+        lambda given: mirrored(given[1].rows, given[1].columns, given[1].values, len(dofs), given[0].name),
+        zip(matrix_paths, (stiffness, mass), strict=True),
+    )
+    if not one_pattern:
         raise ExportError(
-            f"{stiffness_path.name} has {len(stiffness.rows)} entries and {mass_path.name} "
-            f"{len(mass.rows)}, or at other "
+            f"{stiffness_path.name} has {len(stiffness.values)} entries and {mass_path.name} "
+            f"{len(mass.values)}, or at other "
             "places; ccx writes both with one pattern. They are of different runs or damaged: export again."
         )
     digits = min(stiffness.digits, mass.digits)
     # The ROT NODE of a rigid body is no point of the part.
     is_point = ~np.isin(deck.node_ids, rotation_nodes)
     part = FEModel.from_arrays(
-        K=_full(stiffness, len(dofs)),
-        M=_full(mass, len(dofs)),
+        K=K,
+        M=M,
         positions=deck.positions[is_point],
         dofs=dofs,
         node_ids=deck.node_ids[is_point],
@@ -60,6 +71,8 @@ def read_calculix(path: str | os.PathLike[str], units: str = "SI") -> FEModel:
         source=f"CalculiX {deck_path.name}",
         digits=digits,
         skin=deck.skin,
+        copy=False,
+        symmetric=True,
     )
     warn_of_few_digits(digits, stem.name)
     return part
@@ -81,26 +94,50 @@ def _job_file(stem: Path, suffix: str, cure: str) -> Path:
 
 def _read_dofs(path: Path, deck: Deck) -> NDArray[np.int64]:
     """Read "node.direction" lines as text: 12.10 and 12.1 would be one float."""
-    lines = read_bytes(path).split()
-    pairs = [line.split(b".") for line in lines]
-    for number, (line, pair) in enumerate(zip(lines, pairs, strict=True), start=1):
-        if len(pair) != 2 or not pair[0].isdigit() or len(pair[0]) > 15 or pair[1] not in (b"1", b"2", b"3"):
-            shown = line[:40].decode("latin-1")
-            raise ExportError(f"{path.name}, line {number}: expected 'node.direction' (1..3), found {shown!r}.")
-    if not pairs:
+    content = read_bytes(path)
+    if not content.strip():
         raise ExportError(f"{path.name} is empty: the export broke off. {_HOW_TO_EXPORT}")
-    dofs = np.array([(int(node), int(direction)) for node, direction in pairs], dtype=np.int64)
-    unique, counts = np.unique(dofs, axis=0, return_counts=True)
-    if len(unique) < len(dofs):
-        node, direction = unique[counts > 1][0]
+    dofs = _regular_dofs(content)
+    if dofs is None:
+        dofs = _dofs_line_by_line(content, path.name)
+    keys = np.sort(8 * dofs[:, 0] + dofs[:, 1])
+    for repeated in np.flatnonzero(np.diff(keys) == 0)[:1]:
+        node, direction = divmod(int(keys[repeated]), 8)
         kinds = f" ({', '.join(deck.expanded_elements)})" if deck.expanded_elements else ""
         raise ExportError(
-            f"{path.name}: DoF {node}.{direction} occurs {counts.max()} times. ccx expands shells, beams "
-            "and plane "
-            f"elements{kinds} to solids and repeats their labels; such parts cannot be read. Mesh them with "
-            "solids."
+            f"{path.name}: DoF {node}.{direction} occurs {np.count_nonzero(keys == keys[repeated])} times. ccx expands "
+            f"shells, beams and plane elements{kinds} to solids and repeats their labels; such parts cannot be read. "
+            "Mesh them with solids."
         )
     return dofs
+
+
+def _regular_dofs(content: bytes) -> NDArray[np.int64] | None:
+    """Return (n, 2) of lines as ccx writes them; None where one is another."""
+    text = np.frombuffer(content, np.uint8)
+    dots, ends = np.flatnonzero(text == ord(".")), np.flatnonzero(text == ord("\n"))
+    if content.translate(None, b"0123456789.\n") or len(dots) != len(ends) or not content.endswith(b"\n"):
+        return None
+    starts = np.concatenate([[0], ends[:-1] + 1])
+    directions = text[np.minimum(dots + 1, len(text) - 1)].astype(np.int64) - ord("0")
+    if np.any(dots <= starts) or np.any(dots - starts > _LABEL_DIGITS) or np.any(dots + 2 != ends):
+        return None
+    if np.any((directions < 1) | (directions > 3)):
+        return None
+    labels = text.copy()
+    labels[dots] = labels[dots + 1] = ord(" ")
+    return np.column_stack([np.fromstring(labels.tobytes(), dtype=np.int64, sep=" "), directions])
+
+
+def _dofs_line_by_line(content: bytes, name: str) -> NDArray[np.int64]:
+    dofs = []
+    for number, line in enumerate(content.split(), start=1):
+        node, _, direction = line.partition(b".")
+        if not node.isdigit() or len(node) > _LABEL_DIGITS or direction not in (b"1", b"2", b"3"):
+            shown = line[:40].decode("latin-1")
+            raise ExportError(f"{name}, line {number}: expected 'node.direction' (1..3), found {shown!r}.")
+        dofs.append((int(node), int(direction)))
+    return np.array(dofs, dtype=np.int64)
 
 
 def _rotations_to_reference(
@@ -135,17 +172,10 @@ def _rotations_to_reference(
     return result, labels
 
 
-def _read_triangle(path: Path, n_dofs: int, dof_name: str) -> Triplets:
-    triplets = parse_triplets(read_bytes(path), path.name)
+def _checked_triangle(triplets: Triplets, path: Path, n_dofs: int, dof_name: str) -> Triplets:
+    """Return the entries if they are an upper triangle with its whole diagonal."""
     rows, columns = triplets.rows, triplets.columns
-    outside = (np.minimum(rows, columns) < 0) | (np.maximum(rows, columns) >= n_dofs)
-    if np.any(outside):
-        entry = int(np.flatnonzero(outside)[0])
-        raise ExportError(
-            f"{path.name} has an entry at row {rows[entry] + 1}, column {columns[entry] + 1}, but "
-            f"{dof_name} has "
-            f"{n_dofs} DoF. The files are of different runs or damaged: export again."
-        )
+    refuse_outside(rows, columns, n_dofs, path.name, f"{dof_name} ({n_dofs} DoF)")
     if np.any(rows > columns):
         raise ExportError(f"{path.name} has entries below the diagonal; ccx writes the upper triangle only.")
     on_diagonal = np.bincount(rows[rows == columns], minlength=n_dofs)
@@ -156,25 +186,4 @@ def _read_triangle(path: Path, n_dofs: int, dof_name: str) -> Triplets:
             f"({int(np.sum(on_diagonal == 0))} such): "
             "truncated, or of another run than the .dof. Export again."
         )
-    keys = rows * n_dofs + columns
-    if np.any(np.diff(keys) <= 0):
-        keys = np.sort(keys)
-    repeated = np.flatnonzero(np.diff(keys) == 0)
-    if len(repeated):
-        row, column = divmod(int(keys[repeated[0]]), n_dofs)
-        raise ExportError(f"{path.name} gives the entry at row {row + 1}, column {column + 1} twice. Export it again.")
     return triplets
-
-
-def _full(upper: Triplets, n_dofs: int) -> sparse.coo_array:
-    """Return both triangles; two thirds of M are printed zeros and are dropped."""
-    kept = upper.values != 0.0
-    rows, columns, values = upper.rows[kept], upper.columns[kept], upper.values[kept]
-    mirrored = rows != columns
-    return sparse.coo_array(
-        (
-            np.concatenate([values, values[mirrored]]),
-            (np.concatenate([rows, columns[mirrored]]), np.concatenate([columns, rows[mirrored]])),
-        ),
-        shape=(n_dofs, n_dofs),
-    )

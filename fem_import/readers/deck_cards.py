@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -45,10 +46,10 @@ def _cards(path: Path, job_folder: Path, including: tuple[Path, ...], n_files: l
     if len(including) >= _DEEPEST or n_files[0] > _MOST_FILES:
         raise ExportError(f"{path.name}: *INCLUDE goes deeper than {_DEEPEST} files or over {_MOST_FILES} files.")
     card: Card | None = None
-    for line_number, line in _logical_lines(text_of(read_bytes(path))):
-        if not line.startswith("*"):
+    for line_number, line, data in _blocks(text_of(read_bytes(path))):
+        if line is None:
             if card is not None:
-                card.data.append(line)
+                card.data += data
             continue
         if card is not None:
             yield card
@@ -59,30 +60,37 @@ def _cards(path: Path, job_folder: Path, including: tuple[Path, ...], n_files: l
             yield from _cards(included, job_folder, (*including, resolved), n_files)
         else:
             card = opened
+            card.data = data
             if "INPUT" in opened.parameters and opened.keyword in ("*NODE", "*NSET", "*ELEMENT", "*ELSET"):
                 content = text_of(read_bytes(_named_file(opened, path, job_folder)))
-                card.data = [line for _, line in _logical_lines(content) if not line.startswith("*")]
+                card.data = [line for line in map(str.strip, content.splitlines()) if line and line[0] != "*"]
     if card is not None:
         yield card
 
 
-def _logical_lines(text: str) -> Iterator[tuple[int, str]]:
-    """Yield (line number, line) without comments and blanks; a keyword line ending in a comma goes on."""
-    pending: list[str] = []
-    pending_number = 0
-    for line_number, raw in enumerate(text.splitlines(), start=1):
-        line = raw.strip()
-        if not line or line.startswith("**"):
-            continue
-        number = pending_number if pending else line_number
-        if (pending or line.startswith("*")) and line.endswith(","):
-            pending.append(line)
-            pending_number = number
-            continue
-        yield number, "".join([*pending, line])
-        pending = []
+def _blocks(text: str) -> Iterator[tuple[int, str | None, list[str]]]:
+    """Yield line number, keyword line (None where a comment stands) and the data lines up to the next one.
+
+    A keyword line that ends in a comma goes on in the line after it. Data lines are most of a deck, so they are
+    taken in blocks.
+    """
+    lines = [line.strip() for line in text.splitlines()]
+    starred = [number for number, line in enumerate(lines) if line.startswith("*")]
+    pending, pending_at = "", 0
+    for first, last in itertools.pairwise([*starred, len(lines)]):
+        data = [line for line in lines[first + 1 : last] if line]
+        is_comment = lines[first].startswith("**")
+        if not is_comment:
+            pending, pending_at = pending + lines[first], pending_at if pending else first
+        while pending.endswith(",") and data:
+            pending += data.pop(0)
+        if pending and not pending.endswith(","):
+            yield pending_at + 1, pending, data
+            pending = ""
+        elif is_comment and not pending:
+            yield first + 1, None, data
     if pending:
-        yield pending_number, "".join(pending).rstrip(",")
+        yield pending_at + 1, pending.rstrip(","), []
 
 
 def _keyword_card(line: str, where: str) -> Card:

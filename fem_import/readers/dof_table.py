@@ -49,6 +49,9 @@ def read_dof_table(path: Path) -> DofTable:
             )
     places = [columns.index(name) for name in _COLUMNS]
     sets_at = columns.index("sets") if "sets" in columns else None
+    table = _regular_table([line for _, line in lines[1:]], separator, len(columns), places, sets_at)
+    if table is not None:
+        return table
     dofs: list[tuple[int, int]] = []
     positions: dict[int, tuple[float, ...]] = {}
     sets: dict[str, list[int]] = {}
@@ -79,3 +82,48 @@ def read_dof_table(path: Path) -> DofTable:
     labels = np.array(list(positions), dtype=np.int64)
     nodes = Nodes(labels, np.array(list(positions.values())), {name: np.unique(found) for name, found in sets.items()})
     return DofTable(np.array(dofs, dtype=np.int64), nodes)
+
+
+def _regular_table(
+    lines: list[str], separator: str, n_columns: int, places: list[int], sets_at: int | None
+) -> DofTable | None:
+    """Return the table column by column; None where something is odd, so that the lines are looked at one by one."""
+    fields = separator.join(lines).split(separator)
+    if (
+        not lines
+        or len(fields) != n_columns * len(lines)
+        or any(line.count(separator) != n_columns - 1 for line in lines)
+    ):
+        return None
+    labels, named, *coordinates = (fields[place::n_columns] for place in places)
+    spelled = {name: _DIRECTIONS.get(name.strip().lower(), 0) for name in set(named)}
+    joined = "".join(labels)
+    if not (joined.isascii() and joined.isdigit()) or not 0 < len(max(labels, key=len)) < 16 or 0 in spelled.values():
+        return None
+    try:
+        nodes = np.array(labels, dtype=np.int64)
+        points = np.array(coordinates, dtype=np.float64).T
+    except ValueError:
+        return None
+    found, first, node_of_row = np.unique(nodes, return_index=True, return_inverse=True)
+    if not np.array_equal(points, points[first[node_of_row]]):
+        return None  # a node in two places, or a position that is no number
+    sets: dict[str, list[IntArray]] = {}
+    for cell, members in _rows_of_cells(fields[sets_at::n_columns] if sets_at is not None else []).items():
+        for name in filter(None, (word.strip() for word in cell.strip().strip('"').split("|"))):
+            sets.setdefault(name, []).append(nodes[members])
+    order = np.argsort(first)
+    return DofTable(
+        np.column_stack([nodes, np.array([spelled[name] for name in named], dtype=np.int64)]),
+        Nodes(
+            found[order], points[first[order]], {name: np.unique(np.concatenate(each)) for name, each in sets.items()}
+        ),
+    )
+
+
+def _rows_of_cells(cells: list[str]) -> dict[str, list[int]]:
+    rows: dict[str, list[int]] = {}
+    for row, cell in enumerate(cells):
+        if cell:
+            rows.setdefault(cell, []).append(row)
+    return rows

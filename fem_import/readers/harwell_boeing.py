@@ -21,10 +21,11 @@ _KIND = re.compile(rb"[RCP][SUHZR][AE]", re.IGNORECASE)
 
 @dataclass(frozen=True, eq=False)
 class PrintedMatrix:
-    """A full symmetric matrix and the digits it was printed with."""
+    """A full symmetric matrix, the digits it was printed with, and whether only one triangle was printed."""
 
     matrix: SparseMatrix
     digits: int
+    of_one_triangle: bool
 
 
 def is_harwell_boeing(head: bytes) -> bool:
@@ -61,7 +62,8 @@ def parse_harwell_boeing(content: bytes, name: str) -> PrintedMatrix:
     if len(line_ends) < needed or total != needed - first:
         raise ExportError(f"{name} announces {needed} lines and has {len(line_ends)}: truncated or damaged.")
     pointers_text, indices_text, values_text = (
-        content[line_ends[start - 1] + 1 : line_ends[stop - 1] + 1] for start, stop in itertools.pairwise(blocks)
+        memoryview(content)[line_ends[start - 1] + 1 : line_ends[stop - 1] + 1]
+        for start, stop in itertools.pairwise(blocks)
     )
     pointers = parse_whole_numbers(pointers_text, n_columns + 1, f"{name}, column pointers") - 1
     rows = parse_whole_numbers(indices_text, n_entries, f"{name}, row indices") - 1
@@ -73,7 +75,8 @@ def parse_harwell_boeing(content: bytes, name: str) -> PrintedMatrix:
     written: Written = "one triangle" if kind == "RSA" else "both triangles"
     return PrintedMatrix(
         full_symmetric(rows, columns, values, n_rows, name, written),
-        printed_digits(values_text.translate(bytes.maketrans(b"Dd", b"Ee"))),
+        printed_digits(bytes(values_text[:200_000]).translate(bytes.maketrans(b"Dd", b"Ee"))),
+        written == "one triangle",
     )
 
 

@@ -12,7 +12,7 @@ from fem_import.keywords import known_keywords
 from fem_import.readers.assembly import LabelledMatrices, mass_beside, refuse_other_size
 from fem_import.readers.dof_table import read_dof_table
 from fem_import.readers.matrix_market_file import parse_matrix
-from fem_import.readers.packed_file import read_bytes
+from fem_import.readers.packed_file import contents_of
 from fem_import.units import required_units
 
 PathLike: TypeAlias = "str | os.PathLike[str]"
@@ -59,8 +59,8 @@ def read_matrix_market(
     paths = [stiffness, mass_path] + ([Path(damping)] if damping is not None else [])
     table = read_dof_table(Path(dofs))
     printed = []
-    for item in paths:
-        matrix = parse_matrix(read_bytes(item), item.name)
+    for item, content in zip(paths, contents_of(*paths), strict=True):
+        matrix = parse_matrix(content, item.name)
         refuse_other_size(matrix.matrix.shape[0], len(table.dofs), item.name, Path(dofs).name)
         printed.append(matrix)
     matrices = LabelledMatrices(
@@ -69,5 +69,6 @@ def read_matrix_market(
         C=printed[2].matrix if damping is not None else None,
         dofs=table.dofs,
         digits=min(item.digits for item in printed),
+        of_one_triangle=all(item.of_one_triangle for item in printed),
     )
     return matrices.model(table.nodes, str(units), f"Matrix Market {stiffness.name}")

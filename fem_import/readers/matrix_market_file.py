@@ -41,7 +41,7 @@ def parse_matrix(content: bytes, name: str) -> PrintedMatrix:
     n_rows, n_columns, n_entries = header.sizes
     if n_rows != n_columns or n_rows == 0:
         raise ExportError(f"{name} is {n_rows} x {n_columns}; a stiffness or mass matrix is square.")
-    entries = parse_triplets(content[header.end :], name)
+    entries = parse_triplets(memoryview(content)[header.end :], name)
     if len(entries.values) != n_entries:
         raise ExportError(f"{name} announces {n_entries} entries and has {len(entries.values)}: truncated or damaged.")
     symmetric = header.symmetry == "symmetric"
@@ -55,6 +55,7 @@ def parse_matrix(content: bytes, name: str) -> PrintedMatrix:
             "one triangle" if symmetric else "both triangles",
         ),
         entries.digits,
+        symmetric,
     )
 
 
@@ -87,7 +88,7 @@ def _dense(content: bytes, header: _Header, name: str) -> PrintedMatrix:
         name,
         "one triangle" if symmetric else "both triangles",
     )
-    return PrintedMatrix(matrix, printed_digits(body))
+    return PrintedMatrix(matrix, printed_digits(body), symmetric)
 
 
 def _header(content: bytes, name: str) -> _Header:

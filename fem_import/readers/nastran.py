@@ -82,8 +82,8 @@ def read_nastran(
         if len(modal):
             raise ExportError(
                 f"{source.name} has scalar points such as {matrices.dofs[modal[0], 0]}: modal coordinates of a "
-                "superelement? "
-                "Read it by fi.read_nastran_superelement."
+                "superelement, already reduced? Name its boundary grid points and it becomes a ReducedBody: "
+                "fi.read(path, units=..., interfaces={'base': grid label, ...}), or fi.read_nastran_superelement."
             )
     else:
         if dofs is not None:
@@ -255,9 +255,9 @@ class _Files:
 
 def _labelled_entries(name: str, matrix: DirectMatrix) -> _Entries:
     """Make one whole number of node and component; a form that is no symmetric or square matrix has no entries."""
-    if matrix.form not in (1, 6) or not matrix.values:
+    if matrix.form not in (1, 6) or not len(matrix.values):
         return _Entries(name, np.empty(0, np.int64), np.empty(0, np.int64), np.empty(0), None, -1)
-    rows, columns = (np.array(part, dtype=np.int64) for part in (matrix.rows, matrix.columns))
+    rows, columns = matrix.rows, matrix.columns
     for part in (rows, columns):
         wrong = (part[:, 1] < 0) | (part[:, 1] > 6) | (part[:, 0] < 1)
         if np.any(wrong):
@@ -267,7 +267,7 @@ def _labelled_entries(name: str, matrix: DirectMatrix) -> _Entries:
         name,
         rows[:, 0] * 8 + rows[:, 1],
         columns[:, 0] * 8 + columns[:, 1],
-        np.array(matrix.values),
+        matrix.values,
         matrix.digits,
         0,
     )

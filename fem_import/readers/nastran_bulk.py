@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fem_import.errors import ExportError
+from fem_import.readers.nastran_columns import MatrixColumns, split_columns
 from fem_import.readers.node_table import Nodes
 
 IntArray: TypeAlias = NDArray[np.int64]
@@ -46,15 +47,40 @@ class _Card:
         return value
 
 
-@dataclass(eq=False)
+@dataclass(frozen=True, eq=False)
 class DirectMatrix:
-    """A DMIG: its form (6 symmetric, 1 square), entries by node and component (0: a scalar point), digits."""
+    """A DMIG: its form (6 symmetric, 1 square), node and component (0: a scalar point) of terms (n, 2), digits."""
+
+    form: int
+    rows: IntArray
+    columns: IntArray
+    values: NDArray[np.float64]
+    digits: int
+
+
+@dataclass(eq=False)
+class _Terms:
+    """What has been read of a DMIG."""
 
     form: int
     rows: list[tuple[int, int]] = field(default_factory=list)
     columns: list[tuple[int, int]] = field(default_factory=list)
     values: list[float] = field(default_factory=list)
     digits: int = 0
+
+    def with_columns(self, more: MatrixColumns | None) -> DirectMatrix:
+        """Return the matrix with its columns in large field."""
+        rows, columns = (np.array(part, dtype=np.int64).reshape(-1, 2) for part in (self.rows, self.columns))
+        values = np.array(self.values, dtype=np.float64)
+        if more is None:
+            return DirectMatrix(self.form, rows, columns, values, self.digits)
+        return DirectMatrix(
+            self.form,
+            np.concatenate([rows, more.rows]),
+            np.concatenate([columns, more.columns]),
+            np.concatenate([values, more.values]),
+            max(self.digits, more.digits),
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,8 +98,9 @@ def parse_bulk(text: str, name: str) -> BulkData:
     """
     labels: list[int] = []
     positions: list[list[float]] = []
-    matrices: dict[str, DirectMatrix] = {}
-    for card in _cards(text, name):
+    matrices: dict[str, _Terms] = {}
+    in_large_field, lines = split_columns(text)
+    for card in _cards(lines, name):
         if card.name == "INCLUDE":
             raise ExportError(f"{card.where}: INCLUDE is not followed. Give the file with the GRID cards.")
         if card.name == "GRDSET" and (card.whole(1, 0) or card.whole(5, 0)):
@@ -94,16 +121,19 @@ def parse_bulk(text: str, name: str) -> BulkData:
         elif card.name == "DMIG":
             _take_matrix(card, matrices)
     nodes = Nodes(np.array(labels, dtype=np.int64), np.array(positions), {}) if labels else None
-    return BulkData(nodes, matrices)
+    for undeclared in in_large_field.keys() - matrices.keys():
+        where = f"{name}, line {in_large_field[undeclared].first_line}"
+        raise ExportError(f"{where}: a column of matrix {undeclared!r} has no declaration. Is the file cut?")
+    return BulkData(nodes, {key: terms.with_columns(in_large_field.get(key)) for key, terms in matrices.items()})
 
 
-def _take_matrix(card: _Card, matrices: dict[str, DirectMatrix]) -> None:
+def _take_matrix(card: _Card, matrices: dict[str, _Terms]) -> None:
     name = card.fields[0].strip().upper() if card.fields else ""
     if card.whole(1) == 0:
         form, kind = card.whole(2), card.whole(3)
         if name in matrices:
             raise ExportError(f"{card.where}: matrix {name} is declared twice.")
-        matrices[name] = DirectMatrix(form if kind in (1, 2) else -kind)
+        matrices[name] = _Terms(form if kind in (1, 2) else -kind)
         return
     matrix = matrices.get(name)
     if matrix is None:
@@ -120,9 +150,9 @@ def _take_matrix(card: _Card, matrices: dict[str, DirectMatrix]) -> None:
             matrix.digits = max(matrix.digits, len(mantissa[1].lstrip("+-0.").replace(".", "")))
 
 
-def _cards(text: str, name: str) -> Iterator[_Card]:
+def _cards(lines: list[tuple[int, str]], name: str) -> Iterator[_Card]:
     card: _Card | None = None
-    for number, raw in enumerate(text.splitlines(), start=1):
+    for number, raw in lines:
         line = raw.partition("$")[0].rstrip().expandtabs(8)
         if not line.strip():
             continue

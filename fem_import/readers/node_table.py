@@ -34,6 +34,9 @@ def read_node_table(path: Path) -> Nodes:
     """
     content = read_bytes(path)
     refuse_cut_text(content, path.name)
+    table = _regular_table(text_of(content))
+    if table is not None:
+        return Nodes(table[:, 0].astype(np.int64), table[:, 1:], {})
     labels: list[int] = []
     positions: list[list[float]] = []
     for number, line in enumerate(text_of(content).splitlines(), start=1):
@@ -58,6 +61,25 @@ def read_node_table(path: Path) -> Nodes:
     if not labels:
         raise ExportError(f"{path.name} holds no line 'label x y z'.")
     return Nodes(np.array(labels, dtype=np.int64), np.array(positions), {})
+
+
+def _regular_table(text: str) -> NDArray[np.float64] | None:
+    """Return label, x, y, z of lines that have just these; None where a line has more, or is hard to tell."""
+    lines = [line for line in text.splitlines() if line.lstrip()[:1].isdecimal()]
+    body = "\n".join(lines)
+    if "\t" in body or ";" in body:
+        if "," in body and "." in body:
+            return None
+        body = body.replace(",", ".")
+    words = body.translate({ord("\t"): " ", ord(";"): " "}).split()
+    if not lines or set(body) - set("0123456789+-.eE \t;\n"):
+        return None
+    if len(words) != 4 * len(lines) or any(len(line.replace(";", " ").split()) != 4 for line in lines):
+        return None
+    labels = words[::4]
+    if not all(map(str.isdigit, labels)) or len(max(labels, key=len)) > 15 or not all(map(_NUMBER.match, words)):
+        return None
+    return np.array(words, dtype=np.float64).reshape(-1, 4)
 
 
 def _fields(line: str) -> list[str]:

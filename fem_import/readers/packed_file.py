@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import zlib
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from fem_import.errors import ExportError, MissingFileError
@@ -27,6 +29,14 @@ def read_bytes(path: Path) -> bytes:
         return _unpacked(content, path) if content[:2] == _GZIP else content
     except (OSError, zlib.error) as error:
         raise ExportError(f"{path} cannot be read ({error}); damaged or truncated? Export it again.") from None
+
+
+def contents_of(*paths: Path) -> Iterator[bytes]:
+    """Return the contents as `read_bytes` gives them, in order; a thread reads them while the caller works."""
+    pool = ThreadPoolExecutor(1)
+    waiting = [pool.submit(read_bytes, path) for path in paths]
+    pool.shutdown(wait=False)
+    return (waiting.pop(0).result() for _ in paths)
 
 
 def first_bytes(path: Path, size: int) -> bytes:

@@ -25,11 +25,12 @@ RELATIVE_TOLERANCE = 1e-9
 # How often a run is looked after.
 REPORTS = 200
 # Dense factors of more coordinates than this cost more than sparse ones.
-SPARSE_SIZE = 150
+SPARSE_SIZE = 50
 # A coordinate beyond this [m, rad] is a run that diverges; no machine of this toolbox is a kilometre long.
 BLOW_UP = 1e3
 
-Setter = Callable[[float], None]
+# What sets a parameter of an Exudyn item (its first argument), the parameter's name, and its values over the steps.
+Setter = tuple[Callable[[int, str, Any], Any], int, str, Any]
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,7 +141,9 @@ class _Run:
         self.container = exu.SystemContainer()
         self.mbs = self.container.AddSystem()
         points = [
-            (drive.signal.item, self._point(drive.signal)) for drive in task.drives if isinstance(drive, LoadDrive)
+            (drive.signal.item, self._point(drive.signal))
+            for drive in task.drives
+            if isinstance(drive, LoadDrive) and drive.signal.item not in self.assembly.sensor_points
         ]
         self.system = Translation(self.assembly, self.mbs, task.flexible, points)
         self.base = self._hold_fixations()
@@ -149,7 +152,7 @@ class _Run:
                 self._add_lock(joint)
         self._add_damping()
         self._add_gravity()
-        self.setters = [(self._setter(drive), drive.values) for drive in task.drives]
+        self.setters = [self._setter(drive) for drive in task.drives]
         self.sensors: dict[int, list[int]] = {}
         for name in task.recorded:
             for node in self._nodes_of(name):
@@ -165,18 +168,34 @@ class _Run:
     # -- what acts besides springs
 
     def _hold_fixations(self) -> dict[tuple[str, int], int]:
-        """Return the constraint of each coordinate of each fixation."""
-        held = {}
+        """Hold the fixations; return the constraint of each coordinate that is driven."""
+        driven = [(drive.fixation, drive.coordinate) for drive in self.task.drives if isinstance(drive, BaseDrive)]
+        constraints = {}
         if self.assembly.fixations:
             ground = self.mbs.AddNode(eii.NodePointGround())
-            still = self.system.coordinate_marker(ground, 0)
+            still = self.mbs.AddMarker(eii.MarkerNodeCoordinates(nodeNumber=ground))
+            still_coordinate = self.system.coordinate_marker(ground, 0)
+        size = len(self.assembly.directions)
         for fixation in self.assembly.fixations:
-            for coordinate in range(len(self.assembly.directions)):
-                moved = self.system.coordinate_marker(self.system.nodes[fixation.name], coordinate)
-                held[fixation.name, coordinate] = self.mbs.AddObject(
-                    eii.ObjectConnectorCoordinate(markerNumbers=[still, moved])
+            node = self.system.nodes[fixation.name]
+            # What stands still is held by one constraint of many coordinates, several times cheaper than one each. It
+            # holds positions, which round at the size of the model: what moves has constraints of displacements.
+            held = np.eye(size)[[k for k in range(size) if (fixation.name, k) not in driven]]
+            if len(held):
+                moved = self.mbs.AddMarker(eii.MarkerNodeCoordinates(nodeNumber=node))
+                position = np.r_[np.array(fixation.position), np.zeros(3)] if size == 6 else np.zeros(1)
+                self.mbs.AddObject(
+                    eii.ObjectConnectorCoordinateVector(
+                        markerNumbers=[still, moved], scalingMarker1=held, offset=held @ position
+                    )
                 )
-        return held
+            for coordinate in range(size):
+                if (fixation.name, coordinate) in driven:
+                    markers = [still_coordinate, self.system.coordinate_marker(node, coordinate)]
+                    constraints[fixation.name, coordinate] = self.mbs.AddObject(
+                        eii.ObjectConnectorCoordinate(markerNumbers=markers)
+                    )
+        return constraints
 
     def _add_lock(self, joint: Joint) -> None:
         markers = self.system.joint_markers(joint)
@@ -214,7 +233,9 @@ class _Run:
             elif isinstance(body, FlexibleBody) and self.task.flexible == "small-deflection":
                 reduced = body.reduced
                 vector = reduced.M @ reduced.rigid_body_motion[:, :3] @ gravity
-                self._set_force_vector(body, 0.0, np.zeros_like(vector), vector)
+                nodes, from_nodes = self.system.from_nodes([body.name])
+                weight = from_nodes[self.assembly.places[body.name]].T @ vector
+                self.mbs.AddObject(eii.ObjectGenericODE2(nodeNumbers=nodes, forceVector=weight))
             elif isinstance(body, (RigidBody, FlexibleBody)):
                 mass = self.mbs.AddMarker(eii.MarkerBodyMass(bodyNumber=self.system.objects[body.name]))
                 self.mbs.AddLoad(eii.LoadMassProportional(markerNumber=mass, loadVector=gravity))
@@ -222,54 +243,39 @@ class _Run:
     # -- drives
 
     def _setter(self, drive: BaseDrive | LoadDrive) -> Setter:
-        """Return the function that sets a drive to a value."""
+        """Return what sets a drive to its values."""
+        set_object, set_load = self.mbs.SetObjectParameter, self.mbs.SetLoadParameter
         if isinstance(drive, BaseDrive):
-            return self._parameter(self.base[drive.fixation, drive.coordinate], "offset", None)
+            return set_object, self.base[drive.fixation, drive.coordinate], "offset", _numbers(drive.values)
         signal = drive.signal
         if isinstance(signal, Stroke):
-            vector = None if self.assembly.axis is not None else self._stroke_vector(signal)
-            return self._parameter(self.system.springs[signal.item], "offset", vector)
+            spring = self.system.springs[signal.item]
+            if self.assembly.axis is not None:
+                return set_object, spring, "offset", _numbers(drive.values)
+            joint = next(joint for joint in self.assembly.joints if joint.name == signal.item)
+            return set_object, spring, "offset", np.outer(drive.values, signal.six_vector(joint))
         if self.assembly.axis is not None:
             marker = self.system.coordinate_marker(self.system.nodes[signal.item], 0)
-            return self._load(self.mbs.AddLoad(eii.LoadCoordinate(markerNumber=marker, load=0.0)), "load", None)
-        body = self.assembly.items.get(signal.item)
+            load = self.mbs.AddLoad(eii.LoadCoordinate(markerNumber=marker, load=0.0))
+            return set_load, load, "load", _numbers(drive.values)
+        watched = self.assembly.sensor_points.get(signal.item)
+        body = self.assembly.items.get(signal.item if watched is None else watched[0])
         if isinstance(body, FlexibleBody):
-            return self._whole_body_load(body, load_column(signal, self.assembly)[self.assembly.places[body.name]])
+            return self._whole_body_load(body, signal, drive.values)
         marker = self.system.marker(signal.item, self._point(signal))
         kind = eii.LoadForceVector if isinstance(signal, Force) else eii.LoadTorqueVector
-        return self._load(self.mbs.AddLoad(kind(markerNumber=marker)), "loadVector", signal.vector)
+        load = self.mbs.AddLoad(kind(markerNumber=marker))
+        return set_load, load, "loadVector", np.outer(drive.values, signal.vector)
 
-    def _stroke_vector(self, signal: Stroke) -> Array:
-        joint = next(joint for joint in self.assembly.joints if joint.name == signal.item)
-        return signal.six_vector(joint)
+    def _whole_body_load(self, body: FlexibleBody, signal: Force | Torque, values: Array) -> Setter:
+        """A load on all of a flexible body's mass or on a sensor point: an object of its own that has only forces.
 
-    def _parameter(self, item: int, parameter: str, vector: Array | None) -> Setter:
-        set_parameter = self.mbs.SetObjectParameter
-        if vector is None:
-            return lambda value: set_parameter(item, parameter, value)
-        return lambda value: set_parameter(item, parameter, value * vector)
-
-    def _load(self, load: int, parameter: str, vector: Array | None) -> Setter:
-        set_parameter = self.mbs.SetLoadParameter
-        if vector is None:
-            return lambda value: set_parameter(load, parameter, value)
-        return lambda value: set_parameter(load, parameter, value * vector)
-
-    def _whole_body_load(self, body: FlexibleBody, column: Array) -> Setter:
-        """A load on all of a flexible body's mass; in a floating frame linear in its rotation."""
-        if self.task.flexible == "small-deflection":
-            vector = body.reduced.M @ body.reduced.rigid_body_motion[:, :3] @ self.task.gravity
-            return lambda value: self._set_force_vector(body, value, column, vector)
+        It is linear: in a floating frame it keeps the body's undeformed directions while the body turns.
+        """
         nodes, from_nodes = self.system.from_nodes([body.name])
-        raw = from_nodes[self.assembly.places[body.name]].T @ column
-        item = self.mbs.AddObject(eii.ObjectGenericODE2(nodeNumbers=nodes, forceVector=np.zeros(len(raw))))
-        return self._parameter(item, "forceVector", raw)
-
-    def _set_force_vector(self, body: FlexibleBody, value: float, column: Array, constant: Array) -> None:
-        order = self.system.orders[body.name]
-        self.mbs.SetObjectParameter(
-            self.system.objects[body.name], "forceVector", constant[order] + value * column[order]
-        )
+        forces = from_nodes.T @ load_column(signal, self.assembly)
+        item = self.mbs.AddObject(eii.ObjectGenericODE2(nodeNumbers=nodes, forceVector=np.zeros(len(forces))))
+        return self.mbs.SetObjectParameter, item, "forceVector", _Scaled(values, forces)
 
     # -- start
 
@@ -340,22 +346,22 @@ class _Run:
         if self.mbs.systemData.ODE2Size() > SPARSE_SIZE:
             settings.linearSolver.solverType = exu.LinearSolverType.EigenSparse
         made = 0
-        setters = [(setter, values, len(values)) for setter, values in self.setters]
+        setters = [(*setter, len(setter[-1])) for setter in self.setters]
         every = max(1, n_steps // REPORTS)
         trouble: list[BaseException] = []
 
         def before_step(mbs: Any, time: float) -> bool:
             nonlocal made
             made += 1
-            for setter, values, length in setters:
-                setter(values[made % length])
-            if made % every == 0:
-                try:
+            try:
+                for set_parameter, item, parameter, values, length in setters:
+                    set_parameter(item, parameter, values[made % length])
+                if made % every == 0:
                     self._look_after(made, step, time)
                     report(made)
-                except BaseException as error:
-                    trouble.append(error)  # Exudyn would turn it into an error of its own
-                    return False
+            except BaseException as error:  # Exudyn would turn it, Ctrl-C too, into an error of its own
+                trouble.append(error)
+                return False
             return True
 
         self.mbs.SetPreStepUserFunction(before_step)
@@ -429,3 +435,23 @@ class _Run:
                 f"Exudyn kept {stored.shape[1]} samples where {n_samples} were asked for; please report the model."
             )
         return stored
+
+
+def _numbers(values: Array) -> memoryview:
+    # A memory view gives Python's own floats, several times faster than an array gives NumPy's.
+    return memoryview(np.ascontiguousarray(values, dtype=float).data)
+
+
+@dataclass(frozen=True, eq=False)
+class _Scaled:
+    """A vector times a factor at each step, made when it is asked for: all of them would fill the memory."""
+
+    factors: Array
+    vector: Array
+
+    def __len__(self) -> int:
+        return len(self.factors)
+
+    def __getitem__(self, step: int) -> Array:
+        scaled: Array = self.factors[step] * self.vector
+        return scaled

@@ -64,8 +64,8 @@ def estimate_frf(
         lines of the window if None [spectral].
     window : lag window "hann" (default), "bartlett" or "parzen" [spectral]; any of ``scipy.signal.get_window``,
         default "hann" [welch].
-    window_length : lags on either side [spectral] or samples of a segment [welch]; default a twentieth of all samples
-        up to 32768.
+    window_length : lags on either side [spectral] or samples of a segment [welch]; default a twentieth of all samples,
+        up to 32768 and a quarter of the shortest record.
     resolution : width of the spectral window at half height [Hz], in place of ``window_length``. [spectral, welch]
     overlap : share of a segment that the next one repeats, default 0.5. [welch]
     estimator : "H1" (noise on the outputs, default), "H2" (on the inputs) or "Hv" (on all). [welch]
@@ -204,7 +204,7 @@ def _from_spectra(channels: Channels, spectra: CrossSpectra, regression: Regress
 def _warn_of_narrow_peaks(estimate: FrfEstimate, method: str) -> None:
     if not np.all(estimate.degrees_of_freedom > 0):
         return  # nothing tells a resonance from noise
-    peaks = find_resonances(estimate, estimate.radius(0.99))
+    peaks = find_resonances(estimate, estimate.variance)
     needed = _WIDTH_OVER_RESOLUTION[method]
     narrow = [peak for peak in peaks if peak.width < needed * estimate.resolution]
     if not narrow:
@@ -239,7 +239,8 @@ def _length(channels: Channels, window_length: int | None, resolution: float | N
     if window_length is not None:
         return _whole(window_length, "window_length", 4)
     if resolution is None:
-        return min(max(sum(channels.n_samples) // _WINDOWS, 4), _LONGEST)
+        longest = min(_LONGEST, min(channels.n_samples) // 4)  # of one record, several averages
+        return max(min(sum(channels.n_samples) // _WINDOWS, longest), 4)
     if isinstance(resolution, bool) or not isinstance(resolution, Real) or not 0 < resolution < np.inf:
         raise AnalysisError(f"resolution must be a positive number of Hz, got {resolution!r}.")
     length = int(np.ceil(width * channels.sample_rate / float(resolution)))

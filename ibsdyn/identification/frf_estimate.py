@@ -225,6 +225,18 @@ class FrfEstimate(FrequencyResponse):
             detection_lines=lines,
         )
 
+    def _at(self, kept: NDArray[np.bool_]) -> FrfEstimate:
+        return replace(
+            super()._at(kept),
+            coherence=self.coherence[..., kept],
+            partial_coherence=self.partial_coherence[..., kept],
+            residual_covariance=self.residual_covariance[..., kept],
+            input_gain=self.input_gain[..., kept],
+            degrees_of_freedom=self.degrees_of_freedom[kept],
+            noise_level=None if self.noise_level is None else self.noise_level[..., kept],
+            distortion_level=None if self.distortion_level is None else self.distortion_level[..., kept],
+        )
+
     def plot(
         self, axes: Sequence[Axes] | np.ndarray | None = None, label: str | None = None, confidence: float = 0.99
     ) -> np.ndarray:

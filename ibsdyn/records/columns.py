@@ -21,6 +21,7 @@ class Columns:
     units : what the file says of each column's unit; None where it says nothing.
     sample_rates : [Hz] of each column; None where the file says nothing.
     starts : time of the first sample of each column [s].
+    period : samples in one period of the excitation; None where the file says nothing.
     full_scale : numbers are fractions of the recorder's full scale, as in WAV.
     """
 
@@ -30,6 +31,7 @@ class Columns:
     units: tuple[str | None, ...]
     sample_rates: tuple[float | None, ...]
     starts: tuple[float, ...]
+    period: int | None = None
     full_scale: bool = False
 
     def place(self, column: str | int, whose: str) -> int:

@@ -16,6 +16,7 @@ from ibsdyn.records.sampling import rate_of_time
 _RATES = ("fs", "sample_rate", "samplerate", "sampling_rate", "sampling_frequency", "sample_frequency")
 _STEPS = ("dt", "sample_interval", "sampling_interval", "time_step")
 _STARTS = ("start", "t0")
+_PERIODS = ("period",)
 _TIMES = ("t", "time", "times")
 _LABELS, _UNITS = "names", "units"
 
@@ -31,8 +32,9 @@ def columns_of_arrays(
 
     Parameters
     ----------
-    arrays : by name; scalars called fs, sample_rate or dt are the rate, a vector called t or time is the time, texts
-        called names and units belong to the rows of the matrix. Matrix rows are called ``data[0]``, ``data[1]`` ...
+    arrays : by name; scalars called fs, sample_rate or dt are the rate, one called period counts samples, a vector
+        called t or time is the time, texts called names and units belong to the rows of the matrix. Matrix rows are
+        called ``data[0]``, ``data[1]`` ...
     source : the file's name.
     time : name of the vector of times; False where there is none in spite of its name.
     units, rates : what the file says of an array by its name.
@@ -52,7 +54,7 @@ def columns_of_arrays(
     vectors = {name: array for name, array in arrays.items() if array.size > 1 and array.dtype.kind in "iufbc"}
     clock = _time_name(vectors, time, source)
     sample_rate, start = _first(scalars, _RATES), _first(scalars, _STARTS) or 0.0
-    step = _first(scalars, _STEPS)
+    step, period = _first(scalars, _STEPS), _first(scalars, _PERIODS)
     if sample_rate is None and step:
         sample_rate = 1.0 / step
     if clock is not None:
@@ -85,6 +87,7 @@ def columns_of_arrays(
         units=tuple(said),
         sample_rates=tuple(own_rates),
         starts=(start,) * len(values),
+        period=None if period is None else int(period),
     )
 
 

@@ -47,7 +47,7 @@ def read_record(
         name, column, unit, scale, sensitivity; every column of the file under its own label if None.
     sample_rate : [Hz], where the file does not say it.
     time : label or number of the column of times, where it is not called time or t; False where there is none.
-    period : samples in one period of the excitation, if it was periodic.
+    period : samples in one period of the excitation, if it was periodic and the file does not say so.
     title : of the record; the file's name if None.
 
     Returns
@@ -85,7 +85,7 @@ def read_record(
         units=units,
         sample_rate=rate,
         start=columns.starts[places[0]],
-        period=period,
+        period=columns.period if period is None else period,
         title=title or source.name,
     )
 

@@ -194,3 +194,70 @@ def write_full(path, model, constrained=(), nodes_first=None):
     parts += [_record(whole, np.tile([1, 2, 3], len(labels)) * np.where(held, -1, 1))]
     parts[1] = _record(whole, header)
     path.write_bytes(np.concatenate(parts).tobytes())
+
+
+DIRECTION_NAMES = ("x", "y", "z", "rx", "ry", "rz")
+
+
+def write_dof_table(path, model, separator=",", by_name=False):
+    lines = [separator.join(("node", "direction", "x", "y", "z", "sets"))]
+    for node, direction in np.asarray(model.dofs).tolist():
+        position = [repr(x) for x in model.positions[node - 1].tolist()]
+        sets = "|".join(name for name, nodes in model.node_sets.items() if node in nodes)
+        lines.append(
+            separator.join([str(node), DIRECTION_NAMES[direction - 1] if by_name else str(direction), *position, sets])
+        )
+    path.write_text("\n".join(lines) + "\n")
+
+
+def write_matrix_market_job(folder, model):
+    folder.mkdir(exist_ok=True)
+    write_coordinate(folder / "part_K.mtx", model.K, comment="")
+    write_coordinate(folder / "part_M.mtx", model.M, comment="", symmetric=False)
+    write_dof_table(folder / "dofs.csv", model)
+    return folder / "part_K.mtx"
+
+
+def grid_cards(model):
+    cards = ""
+    for label, (x, y, z) in enumerate(model.positions.tolist(), start=1):
+        cards += f"GRID*   {label:16d}{'':16s}{x:16.9E}{y:16.9E}\n*       {z:16.9E}\n"
+    return cards
+
+
+def punch(name, matrix, dofs, digits=10, large=True):
+    """DMIG cards of the lower triangle of a symmetric matrix, in large or small field."""
+    text = f"DMIG    {name:8s}{0:8d}{6:8d}{2:8d}{0:8d}{'':16s}{len(dofs):8d}\n"
+    lower = sparse.csc_array(sparse.tril(matrix))
+    for column in range(lower.shape[1]):
+        node, component = dofs[column]
+        found = slice(lower.indptr[column], lower.indptr[column + 1])
+        terms = [(*dofs[row], value) for row, value in zip(lower.indices[found], lower.data[found], strict=True)]
+        if large:
+            text += f"DMIG*   {name:16s}{node:16d}{component:16d}\n"
+            text += "".join(f"*       {g:16d}{c:16d}{v:16.{digits - 1}E}\n".replace("E", "D") for g, c, v in terms)
+        else:
+            g, c, v = terms[0]
+            text += f"DMIG    {name:8s}{node:8d}{component:8d}{'':8s}{g:8d}{c:8d}{short(v)}\n"
+            text += "".join(f"        {g:8d}{c:8d}{short(v)}\n" for g, c, v in terms[1:])
+    return text
+
+
+def short(value):
+    """Nastran's 8 characters: 1.23-4 for 1.23e-4."""
+    for digits in range(5, -1, -1):
+        mantissa, exponent = f"{value:.{digits}e}".split("e")
+        text = f"{mantissa}{int(exponent):+d}"
+        if len(text) <= 8:
+            return f"{text:>8s}"
+    raise AssertionError(value)
+
+
+def write_punch(folder, model, **how):
+    folder.mkdir(exist_ok=True)
+    path = folder / "part.pch"
+    dofs = np.asarray(model.dofs).tolist()
+    path.write_text(
+        "".join(punch(n, m, dofs, **how) for n, m in (("KAAX", model.K), ("MAAX", model.M))) + grid_cards(model)
+    )
+    return path

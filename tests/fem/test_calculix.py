@@ -1,17 +1,14 @@
 """The CalculiX reader against ccx itself, against matrices of our own, and against damage."""
 
 import gzip
-import random
 import re
 import shutil
-import warnings
 
 import numpy as np
 import pytest
 from calculix_files import deck_text, write_export
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 from own_fe import brick_block, frequencies
+from reader_checks import assert_damage_is_answered
 
 import fem_import as fi
 
@@ -231,44 +228,8 @@ def test_few_digits_warn_at_the_users_line(tmp_path):
     assert any("8 digits" in finding for finding in part.report().findings)
 
 
-def attempt(path):
-    try:
-        return fi.read_calculix(path), None
-    except fi.FemImportError as error:
-        return None, error
-
-
-@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(seed=st.integers(0, 2**32), suffix=st.sampled_from([".inp", ".sti", ".mas", ".dof"]))
-def test_mutated_files_give_our_error_or_a_model(export, tmp_path_factory, seed, suffix):
-    """Bytes changed, removed, doubled or cut: never another exception than ours."""
-    chance = random.Random(seed)
-    folder = tmp_path_factory.mktemp("fuzz")
-    for file in export.parent.iterdir():
-        (folder / file.name).write_bytes(file.read_bytes())
-    target = folder / f"job{suffix}"
-    content = bytearray(target.read_bytes())
-    for _ in range(chance.randint(1, 4)):
-        at = chance.randrange(max(len(content), 1))
-        kind = chance.randrange(4)
-        if kind == 0:
-            content[at : at + 1] = bytes([chance.choice(b"0123456789+-.eED*,= \n\x00\xffnax")])
-        elif kind == 1:
-            del content[at : at + chance.randint(1, 40)]
-        elif kind == 2:
-            content[at:at] = content[at : at + chance.randint(1, 40)]
-        else:
-            del content[max(at, 1) :]
-    target.write_bytes(content)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", fi.ExportWarning)
-        part, error = attempt(folder / "job.inp")
-        if error is not None:
-            assert len(str(error)) > 20
-        else:
-            assert part.K.shape == part.M.shape == (len(part.dofs),) * 2
-            part.report()
-    shutil.rmtree(folder)
+def test_damage_never_gives_another_exception(copy):
+    assert_damage_is_answered(copy.parent, lambda: fi.read_calculix(copy), range(200))
 
 
 def test_shell_elements_are_named(copy):

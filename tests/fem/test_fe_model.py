@@ -185,3 +185,19 @@ def test_complex_matrices_and_indices_out_of_range_are_refused():
     broken.indices[4] = 77
     with pytest.raises(fi.ExportError, match="K must be"):
         fi.FEModel.from_arrays(broken, eye, np.eye(3), 3)
+
+
+def test_matrices_may_be_taken_over_or_copied():
+    """copy=False and symmetric=True spare time and memory and change nothing of the model; the default keeps yours."""
+    before = BLOCK.K.copy()
+    model = fi.FEModel.from_arrays(**BLOCK.arrays, units="mm-t-s")
+    assert (before != BLOCK.K).nnz == 0
+    assert not np.shares_memory(model.K.data, BLOCK.K.data)
+    upper = sparse.triu(BLOCK.K)
+    K, M = (sparse.csr_array(upper + upper.T - sparse.diags_array(BLOCK.K.diagonal())), BLOCK.M.copy())
+    taken = fi.FEModel.from_arrays(
+        K, M, BLOCK.positions, 3, node_sets=BLOCK.node_sets, units="mm-t-s", copy=False, symmetric=True
+    )
+    assert np.shares_memory(taken.K.data, K.data)
+    assert abs(taken.K - model.K).max() <= 1e-15 * abs(model.K).max()
+    assert abs(taken.M - model.M).max() <= 1e-15 * abs(model.M).max()

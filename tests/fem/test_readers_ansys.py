@@ -242,6 +242,84 @@ def test_a_gzip_bomb_is_refused(exported):
         fi.read_ansys(exported.parent / "bombStiffness.txt.gz", exported.with_name("partMass.txt"), units="SI")
 
 
+BEAM = euler_beam(0.2, 4, 7e10, 2.7e10, 2700.0, 1e-4, 1e-9, 2e-9)
+
+
+@pytest.fixture
+def superelement(tmp_path):
+    """The beam reduced to its end nodes 1 and 5, as APDL Math exports it: dense, masters ascending, modes last."""
+    body = fi.reduce(fi.FEModel.from_arrays(**BEAM.arrays), {"root": "ROOT", "tip": "TIP"}, 3e4)
+    folder = tmp_path / "sub"
+    folder.mkdir()
+    for name, matrix in (("stiff", body.K), ("mass", body.M)):
+        numbers = "".join(f"{value:.15E}\n" for value in matrix.T.ravel().tolist())
+        (folder / f"part_{name}.txt").write_text(
+            f"%%MatrixMarket matrix array real general\n% Creator: ANSYS Inc\n{len(matrix)} {len(matrix)}\n{numbers}"
+        )
+    return body, folder / "part_stiff.txt"
+
+
+POSITIONS = {1: (0, 0, 0), 5: (0.2, 0, 0)}
+
+
+def test_superelement_becomes_a_reduced_body(superelement):
+    body, path = superelement
+    read = fi.read(path, units="SI", interfaces={"root": 1, "tip": 5}, positions=POSITIONS)
+    assert isinstance(read, fi.ReducedBody)
+    np.testing.assert_allclose(read.K, body.K, rtol=1e-14, atol=1e-15 * body.K.max())
+    np.testing.assert_allclose(read.M, body.M, rtol=1e-14, atol=1e-15 * body.M.max())
+    assert read.is_free
+    assert read.mass == pytest.approx(2700 * 1e-4 * 0.2, rel=1e-9)
+    nodes = path.with_name("nodes.txt")
+    nodes.write_text("1 0. 0. 0.\n5 200. 0. 0.\n")
+    # The same numbers as if in mm, t, s: the frequencies scale as the units do.
+    length = np.r_[np.tile([1e-3, 1e-3, 1e-3, 1, 1, 1], 2), np.ones(len(body.frequencies))]
+    for name, matrix in (("stiff", body.K), ("mass", body.M)):
+        scaled = matrix * np.outer(length, length) * 1e3
+        file = path.with_name(f"part_{name}.txt")
+        head = file.read_text().splitlines(keepends=True)[:3]
+        file.write_text("".join(head) + "".join(f"{value:.15E}\n" for value in scaled.ravel().tolist()))
+    mm = fi.read_ansys_substructure(path, {"tip": 5, "root": 1}, units="mm-t-s", nodes=nodes)
+    assert mm.coordinates[0] == "tip.x"
+    np.testing.assert_allclose(frequencies(mm.K, mm.M)[6:], frequencies(body.K, body.M)[6:], rtol=1e-9)
+    assert mm.mass == pytest.approx(body.mass, rel=1e-9)
+
+
+def test_superelement_rows_in_another_order_are_noticed(superelement):
+    body, path = superelement
+    with pytest.warns(fi.ExportWarning, match="does not move freely"):
+        fi.read_ansys_substructure(path, {"root": 1, "tip": 5}, units="SI", positions=POSITIONS, masters=[5, 1])
+    given = {9: (0, 0, 0), 5: (0.2, 0, 0)}  # the root has the larger label and comes first
+    read = fi.read_ansys_substructure(path, {"root": 9, "tip": 5}, units="SI", positions=given, masters=[9, 5])
+    np.testing.assert_allclose(read.K, body.K, rtol=1e-14, atol=1e-15 * body.K.max())
+
+
+def test_superelements_that_cannot_be_used_are_refused_in_words(superelement):
+    _, path = superelement
+    both = {"root": 1, "tip": 5}
+    binary = path.with_name("part.sub")
+    binary.write_bytes(b"\x64\x00\x00\x00" * 100)
+    for options in ({}, {"interfaces": both}):
+        with pytest.raises(fi.ExportError, match=r"IMPORT,SUB,part\.sub,STIFF.*fi\.read_ansys_substructure"):
+            fi.read(binary, units="SI", **options)
+    with pytest.raises(fi.ExportError, match="Give nodes= or positions="):
+        fi.read(path, units="SI", interfaces=both)
+    with pytest.raises(fi.InterfaceError, match="node 5 of interfaces is not among masters"):
+        fi.read_ansys_substructure(path, both, units="SI", positions=POSITIONS, masters=[1])
+    with pytest.raises(fi.ExportError, match="master nodes with UX to ROTZ need 60"):
+        fi.read_ansys_substructure(path, both, units="SI", positions=POSITIONS, masters=range(1, 11))
+    with pytest.raises(fi.UnknownNameError, match="Did you mean 'masters'"):
+        fi.read_ansys_substructure(path, both, units="SI", master=[1])
+    assert_damage_is_answered(
+        path.parent, lambda: fi.read(path, units="SI", interfaces=both, positions=POSITIONS), range(60), at_least=5
+    )
+
+
+def test_interfaces_of_a_whole_model_are_sent_to_reduce(hbmat):
+    with pytest.raises(fi.ExportError, match=r"no superelement.*fi\.reduce"):
+        fi.read(hbmat, units="SI", interfaces={"left": 1})
+
+
 @pytest.fixture
 def full(tmp_path):
     path = tmp_path / "full" / "part.full"

@@ -5,51 +5,18 @@ import re
 
 import numpy as np
 import pytest
+from export_writers import grid_cards, punch, write_punch
 from own_fe import brick_block, euler_beam, frequencies
 from reader_checks import assert_damage_is_answered, assert_same_part, sample
 from scipy import sparse
 
 import fem_import as fi
 from fem_import.readers.nastran_bulk import parse_bulk
+from fem_import.readers.nastran_columns import split_columns
 from fem_import.readers.nastran_op4 import parse_op4
 
 BLOCK = brick_block((3, 1, 2), (0.03, 0.01, 0.02))
 BEAM = euler_beam(0.2, 4, 7e10, 2.7e10, 2700.0, 1e-4, 1e-9, 2e-9)
-
-
-def grid_cards(model):
-    cards = ""
-    for label, (x, y, z) in enumerate(model.positions.tolist(), start=1):
-        cards += f"GRID*   {label:16d}{'':16s}{x:16.9E}{y:16.9E}\n*       {z:16.9E}\n"
-    return cards
-
-
-def punch(name, matrix, dofs, digits=10, large=True):
-    """DMIG cards of the lower triangle of a symmetric matrix, in large or small field."""
-    text = f"DMIG    {name:8s}{0:8d}{6:8d}{2:8d}{0:8d}{'':16s}{len(dofs):8d}\n"
-    lower = sparse.csc_array(sparse.tril(matrix))
-    for column in range(lower.shape[1]):
-        node, component = dofs[column]
-        found = slice(lower.indptr[column], lower.indptr[column + 1])
-        terms = [(*dofs[row], value) for row, value in zip(lower.indices[found], lower.data[found], strict=True)]
-        if large:
-            text += f"DMIG*   {name:16s}{node:16d}{component:16d}\n"
-            text += "".join(f"*       {g:16d}{c:16d}{v:16.{digits - 1}E}\n".replace("E", "D") for g, c, v in terms)
-        else:
-            g, c, v = terms[0]
-            text += f"DMIG    {name:8s}{node:8d}{component:8d}{'':8s}{g:8d}{c:8d}{short(v)}\n"
-            text += "".join(f"        {g:8d}{c:8d}{short(v)}\n" for g, c, v in terms[1:])
-    return text
-
-
-def short(value):
-    """Nastran's 8 characters: 1.23-4 for 1.23e-4."""
-    for digits in range(5, -1, -1):
-        mantissa, exponent = f"{value:.{digits}e}".split("e")
-        text = f"{mantissa}{int(exponent):+d}"
-        if len(text) <= 8:
-            return f"{text:>8s}"
-    raise AssertionError(value)
 
 
 def write_op4_binary(path, matrices, order="<", single=False, strings=True, big=False):
@@ -146,20 +113,12 @@ def test_dmig_samples():
     found = parse_bulk(sample("nastran", "dmig.pch").read_text(), "dmig.pch").matrices
     assert {"KAAX", "MAAX", "BAAX"} <= set(found)
     assert found["KAAX"].form == 6
-    assert (found["KAAX"].columns[0], found["KAAX"].rows[0], found["KAAX"].values[0]) == ((101, 1), (101, 1), 155.6)
+    terms = found["KAAX"]
+    assert (*terms.columns[0], *terms.rows[0], terms.values[0]) == (101, 1, 101, 1, 155.6)
+    assert (*terms.columns[1], *terms.rows[1], terms.values[1]) == (102, 1, 101, 1, -155.6)
     assert found["KAAX"].digits == 10
     with pytest.raises(fi.ExportError, match=r"holds no mass matrix"):
         fi.read(sample("nastran", "dmig_sparse.pch"), units="SI")
-
-
-def write_punch(folder, model, **how):
-    folder.mkdir(exist_ok=True)
-    path = folder / "part.pch"
-    dofs = np.asarray(model.dofs).tolist()
-    path.write_text(
-        "".join(punch(n, m, dofs, **how) for n, m in (("KAAX", model.K), ("MAAX", model.M))) + grid_cards(model)
-    )
-    return path
 
 
 def test_punch_in_large_field_warns_of_ten_digits(tmp_path):
@@ -169,6 +128,23 @@ def test_punch_in_large_field_warns_of_ten_digits(tmp_path):
     assert caught[0].filename == __file__
     assert part.digits == 10
     assert_same_part(part, BLOCK, digits=9)
+
+
+def test_columns_in_large_field_are_taken_as_arrays_or_term_by_term(tmp_path):
+    """Both ways give the same terms; a tab leaves the file to the slower one."""
+    text = write_punch(tmp_path / "p", BLOCK).read_text()
+    columns, others = split_columns(text)
+    assert set(columns) == {"KAAX", "MAAX"}
+    assert not any(line.startswith("DMIG*") for _, line in others)
+    slow_text = text.replace("*       ", "*\t", 1)
+    assert split_columns(slow_text) == ({}, list(enumerate(slow_text.splitlines(), start=1)))
+    fast, slow = (parse_bulk(each, "x.pch") for each in (text, slow_text))
+    for name, matrix in fast.matrices.items():
+        other = slow.matrices[name]
+        for ours, theirs in ((matrix.rows, other.rows), (matrix.columns, other.columns), (matrix.values, other.values)):
+            np.testing.assert_array_equal(ours, theirs)
+        assert (matrix.form, matrix.digits) == (other.form, other.digits) == (6, 10)
+    np.testing.assert_array_equal(fast.nodes.positions, slow.nodes.positions)
 
 
 def test_punch_in_small_field(tmp_path):
@@ -200,8 +176,8 @@ def superelement(tmp_path):
 def test_external_superelement_becomes_a_reduced_body(superelement):
     body, path = superelement
     interfaces = {"root": 1, "tip": 5}
-    exact = fi.read_nastran_superelement(
-        path.with_suffix(".op4"), interfaces, units="SI", positions={1: (0, 0, 0), 5: (0.2, 0, 0)}
+    exact = fi.read(
+        path.with_suffix(".op4"), units="SI", interfaces=interfaces, positions={1: (0, 0, 0), 5: (0.2, 0, 0)}
     )
     np.testing.assert_array_equal(exact.K, body.K)
     assert exact.mass == pytest.approx(2700 * 1e-4 * 0.2, rel=1e-9)
@@ -210,7 +186,7 @@ def test_external_superelement_becomes_a_reduced_body(superelement):
     assert any("10 digits" in str(item.message) for item in caught)
     np.testing.assert_allclose(punched.K, body.K, rtol=1e-8, atol=1e-8 * body.K.max())
     np.testing.assert_allclose(frequencies(punched.K, punched.M)[6:], frequencies(body.K, body.M)[6:], rtol=1e-6)
-    with pytest.raises(fi.ExportError, match=r"fi\.read_nastran_superelement"):
+    with pytest.raises(fi.ExportError, match=r"fi\.read\(path.*interfaces=.*fi\.read_nastran_superelement"):
         fi.read(path, units="SI")
     with (
         pytest.warns(fi.ExportWarning, match="10 digits"),
@@ -226,11 +202,11 @@ def test_external_superelement_becomes_a_reduced_body(superelement):
         (lambda t: t + "GRID,3,,0.,0.,0.\n", "occurs 2 times"),
         (lambda t: t.replace("GRID*", "GRAD*"), "no GRID cards"),
         (lambda t: re.sub(r"(GRID\* +3)" + " " * 16, r"\1" + f"{7:16d}", t), "GRID 3 has its position"),
-        (lambda t: t.replace("DMIG    MAAX", "DMIG    NAAX", 1), "before its declaration"),
+        (lambda t: t.replace("DMIG    MAAX", "DMIG    NAAX", 1), "before its declaration|has no declaration"),
         (lambda t: re.sub(r"\d\.\d{9}D", "1.0000000x0D", t, count=1), "expected a number"),
         (lambda t: t.replace("KAAX           0       6", "KAAX           0       9"), "no stiffness matrix"),
         (lambda t: t[:-4], "within a line"),
-        (lambda t: t.replace("KAAX", "K2AX", 1), "before its declaration"),
+        (lambda t: t.replace("KAAX", "K2AX", 1), "before its declaration|has no declaration"),
         (lambda t: t.replace("MAAX", "KBBX"), "say which is the stiffness"),
     ],
 )

@@ -1,0 +1,245 @@
+"""Lines of numbers, one like the other, parsed by scipy's fast Matrix Market parser.
+
+That parser works on all cores, but passes over what follows a number on its line: 1.0D0 would be 1 and 1.5-105
+would be 1.5. So every byte is looked at on its way there, while the other cores parse what went before, and the
+result counts only if the text leaves nothing over. What is not so regular is None here: slower parsers, which say
+what is wrong and where, take it.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator
+from inspect import signature
+from typing import IO, Any, TypeAlias, cast
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import io as scipy_io
+from scipy import sparse
+
+IntArray: TypeAlias = NDArray[np.signedinteger[Any]]
+FloatArray: TypeAlias = NDArray[np.float64]
+Bytes: TypeAlias = "bytes | memoryview[int]"
+
+BLOCK = 1 << 17  # bytes; stays in the cache
+_NEWLINE = ord("\n")
+_LARGEST_INDEX = 2**31 - 1  # so indices take 32 bits; beyond it the slower parsers do the work
+_LARGEST_PAIR = 10**17
+
+# Which kind of sparse result is asked for: newer SciPy warns where it is left to the default, older has no choice.
+_AS_ARRAY: dict[str, Any] = {"spmatrix": False} if "spmatrix" in signature(scipy_io.mmread).parameters else {}
+
+# Bits 0-3 of a class say what may not follow it, bits 4-7 what it may not follow, so that
+# (first << 4) & second is zero for every pair that a sequence of numbers can have:
+#   0: no sign follows a digit, dot or sign          1: no blank follows a sign or exponent
+#   2: no exponent follows a blank, sign, exponent   3: no dot follows a dot or exponent
+_BLANK, _DIGIT, _DOT, _SIGN, _EXPONENT, _OTHER = 0x24, 0x01, 0x89, 0x17, 0x4E, 0xFF
+
+
+def _byte_classes(exponents: bytes = b"eE", blanks: bytes = b" \t\r\n") -> bytes:
+    classes = np.full(256, _OTHER, np.uint8)
+    for characters, kind in (
+        (blanks, _BLANK),
+        (b"0123456789", _DIGIT),
+        (b".", _DOT),
+        (b"+-", _SIGN),
+        (exponents, _EXPONENT),
+    ):
+        classes[list(characters)] = kind
+    return classes.tobytes()
+
+
+def regular_triplets(content: Bytes) -> tuple[IntArray, IntArray, FloatArray] | None:
+    """Return rows and columns (base 0) and values of lines "row column value"; None where they are not regular."""
+    return _coordinates(content, _LARGEST_INDEX, 3, _CheckedText)
+
+
+def regular_labelled_triplets(content: bytes) -> tuple[IntArray, IntArray, FloatArray] | None:
+    """Return rows, columns and values of lines "node, dof, node, dof, value"; None where they are not regular.
+
+    Rows and columns are 100 node + dof, dof of one digit. One comma or blank parts a pair, any number of them what
+    lies between.
+    """
+    found = _coordinates(content, _LARGEST_PAIR, 5, _PairedText)
+    return None if found is None else (found[0] + 1, found[1] + 1, found[2])
+
+
+def regular_column(content: Bytes) -> FloatArray | None:
+    """Return the numbers of lines with one number each, Fortran's 1.0D0 too; None where they are not regular."""
+    n_lines = count_lines(content)
+    header = f"%%MatrixMarket matrix array real general\n{n_lines} 1\n"
+    has_d = b"D" in bytes(content[:1000]).upper()
+    found = _parsed(header, content, n_lines, 1, _FortranText if has_d else _CheckedText)
+    return None if found is None else np.asarray(found, dtype=np.float64).ravel()
+
+
+def count_lines(content: Bytes) -> int:
+    """Return the number of line ends."""
+    return sum(int(np.count_nonzero(np.frombuffer(block, np.uint8) == _NEWLINE)) for block in _blocks(content))
+
+
+def _blocks(content: Bytes) -> Iterator[memoryview[int]]:
+    view = memoryview(content)
+    for start in range(0, len(view), BLOCK):
+        yield view[start : start + BLOCK]
+
+
+def _blocks_of_lines(content: Bytes) -> Iterator[bytes]:
+    """Yield whole lines, up to one that is longer than a block."""
+    view = memoryview(content)
+    start = 0
+    while start < len(view):
+        text = bytes(view[start : start + BLOCK])
+        end = text.rfind(b"\n") + 1
+        if end == 0:
+            return
+        yield text[:end]
+        start += end
+
+
+def _coordinates(
+    content: Bytes, largest: int, words_a_line: int, kind: type[_CheckedText]
+) -> tuple[IntArray, IntArray, FloatArray] | None:
+    n_lines = count_lines(content)
+    header = f"%%MatrixMarket matrix coordinate real general\n{largest} {largest} {n_lines}\n"
+    found = _parsed(header, content, n_lines, words_a_line, kind)
+    if found is None:
+        return None
+    matrix = sparse.coo_array(found)
+    return np.asarray(matrix.row), np.asarray(matrix.col), np.asarray(matrix.data, dtype=np.float64)
+
+
+def _parsed(header: str, content: Bytes, n_lines: int, words_a_line: int, kind: type[_CheckedText]) -> Any:
+    if n_lines == 0 or content[-1] != _NEWLINE:
+        return None  # the parser divides by the number of lines
+    checked = kind(header, content, words_a_line)
+    try:
+        found = scipy_io.mmread(cast("IO[bytes]", checked), **_AS_ARRAY)
+    except (ValueError, OverflowError):
+        return None
+    return found if checked.is_regular(n_lines) else None
+
+
+class _CheckedText(io.RawIOBase):
+    """A header and a text as one stream that looks at each block as the parser asks for it."""
+
+    classes_of_bytes = _byte_classes()
+    # A sign stands where another number has a blank, so both count as one.
+    _marks = bytes.maketrans(b"+-,\tDdE", b"    eee")
+
+    def __init__(self, header: str, content: Bytes, words_a_line: int) -> None:
+        self._header = header.encode()
+        self._blocks = _blocks_of_lines(content)
+        self._words_a_line = words_a_line
+        self._classes = np.full(BLOCK + 1, _BLANK, np.uint8)  # the first stands before each block
+        self._pairs = np.empty(BLOCK, np.uint8)
+        self._is_blank = np.empty(BLOCK + 1, bool)
+        self._flags = np.empty(BLOCK, bool)
+        self._first = b""  # the marks of the first line
+        self._n_lines = 0
+        self.is_clean = True
+
+    def rewritten(self, text: bytes) -> bytes:
+        """Return a clean block as the parser shall have it."""
+        return text
+
+    def readable(self) -> bool:
+        """Whether this can be read, as the parser asks."""
+        return True
+
+    def read(self, size: int = -1) -> bytes:
+        """Return a whole block whatever `size` says, which is 1024: forty thousand calls for 40 MB otherwise."""
+        if self._header:
+            header, self._header = self._header, b""
+            return header
+        text = next(self._blocks, b"")
+        self.is_clean = self.is_clean and self._is_regular(text)
+        # The parser crashes on a zero byte, so it gets nothing that is not clean.
+        return self.rewritten(text) if self.is_clean else b""
+
+    def is_regular(self, n_lines: int) -> bool:
+        """Whether all lines have been looked at and leave nothing over."""
+        return self.is_clean and self._n_lines == n_lines
+
+    def _is_regular(self, text: bytes) -> bool:
+        """Whether these are lines of so many numbers, of which only the last may have a dot and an exponent."""
+        if not text:
+            return True
+        n = len(text)
+        classes, flags = self._classes[: n + 1], self._flags[:n]
+        classes[1:] = np.frombuffer(text.translate(self.classes_of_bytes), np.uint8)
+        pairs = np.multiply(classes[:-1], 16, out=self._pairs[:n])  # shifts of bytes are ten times slower in NumPy
+        pairs &= classes[1:]
+        if pairs.any():
+            return False
+        is_blank = np.equal(classes, _BLANK, out=self._is_blank[: n + 1])
+        np.greater(is_blank[:-1], is_blank[1:], out=flags)  # where words start
+        n_lines = self._count_like_first(text)
+        if n_lines is None:
+            n_lines = self._count_line_by_line(text)
+        self._n_lines += n_lines or 0
+        return n_lines is not None and np.count_nonzero(flags) == self._words_a_line * n_lines
+
+    def _count_like_first(self, text: bytes) -> int | None:
+        """Return the number of lines if all have the blanks, signs, dot and exponent of the first; None if not."""
+        marks = text.translate(self._marks, b"0123456789")
+        if not self._first:
+            end = text.find(b"\n") + 1
+            if self._count_line_by_line(text[:end]) is None:
+                return None
+            self._first = text[:end].translate(self._marks, b"0123456789")
+        n_lines, rest = divmod(len(marks), len(self._first))
+        return n_lines if not rest and marks == self._first * n_lines else None
+
+    def _count_line_by_line(self, text: bytes) -> int | None:
+        """Return the number of lines if each has so many words, with a dot and an exponent in the last at most."""
+        n = len(text)
+        classes = self._classes[1 : n + 1]
+        starts = np.flatnonzero(self._flags[:n])
+        ends = np.flatnonzero(np.frombuffer(text, np.uint8) == _NEWLINE)
+        if len(starts) != self._words_a_line * len(ends):
+            return None
+        words = starts.reshape(len(ends), self._words_a_line)
+        if np.any(words[:, -1] > ends) or np.any(words[1:, 0] < ends[:-1]):
+            return None
+        places = []
+        for kind in (_DOT, _EXPONENT):
+            marks = np.flatnonzero(classes == kind)
+            lines = np.searchsorted(ends, marks)
+            if np.any(np.diff(lines) == 0) or np.any(marks < words[lines, -1]):
+                return None
+            place = np.full(len(ends), n if kind == _EXPONENT else -1)
+            place[lines] = marks
+            places.append(place)
+        return len(ends) if np.all(places[0] < places[1]) else None
+
+
+class _FortranText(_CheckedText):
+    """Numbers such as 1.0D0."""
+
+    classes_of_bytes = _byte_classes(exponents=b"eEdD")
+
+    def rewritten(self, text: bytes) -> bytes:
+        """Return the block with exponents as the parser knows them."""
+        return text.translate(bytes.maketrans(b"Dd", b"Ee"))
+
+
+class _PairedText(_CheckedText):
+    """Lines "node, dof, node, dof, value" rewritten as three numbers: the pair 12,3 becomes 1203."""
+
+    classes_of_bytes = _byte_classes(blanks=b", \t\r\n")
+
+    def rewritten(self, text: bytes) -> bytes:
+        """Return the block with a zero for the blank or comma within each pair."""
+        if not text:
+            return b""
+        is_blank = self._is_blank[: len(text) + 1]
+        dofs = np.flatnonzero(np.greater(is_blank[:-1], is_blank[1:])).reshape(-1, 5)[:, [1, 3]].ravel()
+        result = np.frombuffer(text.translate(bytes.maketrans(b",", b" ")), np.uint8).copy()
+        # One character parts each pair, on one line, and the second of it is one digit.
+        if is_blank[dofs - 1].any() or not is_blank[dofs + 2].all() or np.any(result[dofs - 1] == _NEWLINE):
+            self.is_clean = False
+            return b""
+        result[dofs - 1] = ord("0")
+        return bytes(result)

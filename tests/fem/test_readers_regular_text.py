@@ -1,0 +1,128 @@
+"""The fast parser of regular text never takes what a strict line-by-line reading does not."""
+
+import random
+import re
+
+import numpy as np
+import pytest
+
+from fem_import.readers.regular_text import (
+    BLOCK,
+    regular_column,
+    regular_labelled_triplets,
+    regular_triplets,
+)
+
+NUMBER = re.compile(rb"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?$")
+LAYOUTS = ["{} {} {:.6e}", "{} {} {:20.13e}", "{:9d}{:9d} {:24.16E}", "{} {} {!r}", "{}\t{}\t{:.16g}", "{} {} {:.4f}\r"]
+
+
+def strict(text):
+    """Rows, columns and values; None where a line is not two whole numbers and a number."""
+    lines = [line.split() for line in text.split(b"\n")[:-1]]
+    if any(
+        len(words) != 3 or not NUMBER.match(words[2]) or not all(word.lstrip(b"+").isdigit() for word in words[:2])
+        for words in lines
+    ):
+        return None
+    return [np.array([float(words[k]) for words in lines]) for k in range(3)]
+
+
+def written(chance, layout, n_lines):
+    triplets = [
+        (
+            chance.randint(1, 10 ** chance.randint(1, 6)),
+            chance.randint(1, 999),
+            chance.gauss(0, 10 ** chance.gauss(0, 5)),
+        )
+        for _ in range(n_lines)
+    ]
+    return "".join(layout.format(*triplet) + "\n" for triplet in triplets).encode()
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_whole_texts_are_taken_as_they_are(layout):
+    text = written(random.Random(1), layout, 3000)
+    assert len(text) > BLOCK / 3
+    text = text * (1 + BLOCK // len(text)) * 2  # several blocks, cut at any place of a line
+    found = regular_triplets(text)
+    assert found is not None
+    for ours, theirs, first in zip(found, strict(text), (1, 1, 0), strict=True):
+        np.testing.assert_array_equal(ours, theirs - first)
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_damaged_texts_are_none_or_what_a_strict_reading_gives(layout):
+    taken = 0
+    for seed in range(400):
+        chance = random.Random(seed)
+        text = bytearray(written(chance, layout, chance.randint(1, 30)))
+        for _ in range(chance.randint(1, 3)):
+            at, kind = chance.randrange(len(text)), chance.randrange(5)
+            if kind == 0:
+                text[at : at + 1] = bytes([chance.choice(b"0123456789+-.eE \n\r\t\x00D,")])
+            elif kind == 1:
+                del text[at : at + chance.randint(1, 9)]
+            elif kind == 2:
+                text[at:at] = bytes(chance.choice(b"0123456789+-.eE \n") for _ in range(chance.randint(1, 4)))
+            elif kind == 3:
+                text[at:at] = text[at : at + chance.randint(1, 20)]
+            else:
+                text[at:at] = text[max(at - 30, 0) : at]
+            text = text or bytearray(b"\n")
+        regular_column(bytes(text))
+        found = regular_triplets(bytes(text))
+        if found is None:
+            continue
+        taken += 1
+        expected = strict(bytes(text))
+        assert expected is not None, bytes(text)
+        for ours, theirs, first in zip(found, expected, (1, 1, 0), strict=True):
+            np.testing.assert_array_equal(ours, theirs - first)
+    assert taken > 20  # some damage leaves numbers
+
+
+@pytest.mark.parametrize("separators", [",  , ", "     ", ", ,,, "])
+def test_pairs_of_node_and_dof(separators):
+    chance = random.Random(3)
+    rows = [
+        (chance.randint(1, 10**8), chance.randint(1, 6), chance.randint(1, 99), 3, chance.gauss(0, 1))
+        for _ in range(9999)
+    ]
+    a, b, c = separators[:1], separators[1:-1] if separators.strip() else "   ", " "
+    text = "".join(f"{i}{a}{d}{b}{j}{a}{e}{c}{v:.16e}\n" for i, d, j, e, v in rows).encode()
+    found = regular_labelled_triplets(text)
+    expected = np.array(rows)
+    np.testing.assert_array_equal(found[0], 100 * expected[:, 0] + expected[:, 1])
+    np.testing.assert_array_equal(found[1], 100 * expected[:, 2] + expected[:, 3])
+    np.testing.assert_array_equal(found[2], expected[:, 4])
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "1,11, 2,1, 1.5",
+        "1,01, 2,1, 1.5",
+        "1, 1, 2,1, 1.5",
+        "-1,1, 2,1, 1.5",
+        "1,1, 2,1",
+        "1,1, 2,1, 1.5, 2",
+        "1\n1 2 1 1.5",
+    ],
+)
+def test_other_pairs_are_left_to_the_slower_parser(line):
+    assert regular_labelled_triplets(f"1,1, 1,1, 2.5\n{line}\n3,1, 3,1, 1.5\n".encode()) is None
+
+
+def test_texts_that_crash_the_parser_never_reach_it():
+    """A zero byte and an empty array end scipy's parser, and with it Python."""
+    for text in (
+        b"",
+        b"\n",
+        b"1 1 1.0\x00\n2 2 2.0\n",
+        b"1 1 1.0",
+        b" \n \n",
+        b"1 1 1.0\n" + b"1" * (2 * BLOCK) + b"\n",
+    ):
+        assert regular_triplets(text) is None
+        assert regular_column(text) is None
