@@ -15,6 +15,7 @@ from ibsdyn.errors import (
     HistoryError,
     HistoryWarning,
     IbsdynError,
+    InterchangeError,
     MissingFileError,
     MissingRecordError,
     ModelError,
@@ -43,6 +44,7 @@ from ibsdyn.flexures import (
 from ibsdyn.frequency_response import FrequencyResponse
 from ibsdyn.history import Difference, History, Revision
 from ibsdyn.identification import DetectionLines, FrfEstimate, estimate_frf
+from ibsdyn.interchange import read_frf, write_frf, write_matrices, write_modes
 from ibsdyn.linear_system import LinearSystem
 from ibsdyn.measured import MeasuredFrequencies, MeasuredResponse
 from ibsdyn.mirror_optics import BeamPath, FlatMirror
@@ -57,7 +59,7 @@ from ibsdyn.quantities import ModeDamping, ModeFrequency, PeakResponse, Quantity
 from ibsdyn.records.channel_table import Channel
 from ibsdyn.records.read import read_record
 from ibsdyn.records.write import write_record
-from ibsdyn.report import report
+from ibsdyn.reporting import report
 from ibsdyn.requirement import Requirement, RequirementResult
 from ibsdyn.sampling import Samples, Tolerance, full_factorial, latin_hypercube, monte_carlo, one_at_a_time, variants
 from ibsdyn.sensitivity import response_sensitivities, sensitivities
@@ -113,6 +115,7 @@ __all__ = [
     "HistoryWarning",
     "IbsdynError",
     "Inertia1D",
+    "InterchangeError",
     "LinearSystem",
     "MeasuredFrequencies",
     "MeasuredResponse",
@@ -191,6 +194,7 @@ __all__ = [
     "orthogonal_multisines",
     "parallel_guide",
     "random_noise",
+    "read_frf",
     "read_record",
     "report",
     "required_frequency",
@@ -202,5 +206,8 @@ __all__ = [
     "transient_response",
     "variants",
     "vibration_budget",
+    "write_frf",
+    "write_matrices",
+    "write_modes",
     "write_record",
 ]
