@@ -87,6 +87,17 @@ FUNCTIONS = [
     ibs.compare,
     ibs.Comparison.plot,
     ibs.estimate_modes,
+    ibs.sensitivities,
+    ibs.response_sensitivities,
+    ibs.Sensitivities.plot,
+    ibs.monte_carlo,
+    ibs.latin_hypercube,
+    ibs.full_factorial,
+    ibs.one_at_a_time,
+    ibs.variants,
+    ibs.Study.run,
+    ibs.StudyResults.plot,
+    ibs.fit,
     fi.reduce,
 ]
 
