@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from fem_import.errors import ReductionError
+from fem_import.errors import ReductionError, UnknownKeywordError
+from fem_import.keywords import known_keywords
 from fem_import.reduced_body import FRAME_DIRECTIONS, ReducedBody
 from fem_import.rigid_motion import rigid_motion_at
 
@@ -84,6 +85,7 @@ class EffectiveMasses:
         return axes
 
 
+@known_keywords(UnknownKeywordError)
 def effective_masses(body: ReducedBody) -> EffectiveMasses:
     """Return the modal effective masses of a body.
 
