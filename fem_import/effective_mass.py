@@ -62,6 +62,10 @@ class EffectiveMasses:
             lines.append(f"{name:>18}" + "".join(f"{100 * share:>9.3f}" for share in shares_of))
         return "\n".join(lines)
 
+    def __repr__(self) -> str:
+        """Return the same, which says more at a prompt than the arrays."""
+        return str(self)
+
     def plot(self, axes: Axes | None = None) -> Axes:
         """Draw the mass collected by the modes over frequency, a step line for each direction; return the axes."""
         from matplotlib import pyplot  # here: drawing is optional and slow to import

@@ -77,6 +77,10 @@ class ModeCheck:
             lines.append(f"     Sturm count: {counted}")
         return "\n".join(lines)
 
+    def __repr__(self) -> str:
+        """Return the same, which says more at a prompt than the arrays."""
+        return str(self)
+
     def plot(self, axes: Axes | None = None) -> Axes:
         """Draw the frequency error of the reduction over frequency, with the cut-off; return the axes."""
         from matplotlib import pyplot  # here: drawing is optional and slow to import

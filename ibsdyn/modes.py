@@ -67,6 +67,10 @@ class Modes:
             lines.append(f"      ... {len(self) - shown} more, up to {self.frequencies[-1]:.4g} Hz")
         return "\n".join(lines)
 
+    def __repr__(self) -> str:
+        """Return the same, which says more at a prompt than the arrays."""
+        return str(self)
+
     def to_dataframe(self) -> Any:
         """Return a pandas.DataFrame of frequencies, damping ratios and energy shares (extra ``pandas``)."""
         from ibsdyn.interchange.views import modes_to_dataframe
