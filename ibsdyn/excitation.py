@@ -56,8 +56,8 @@ class Excitation:
         """Name the length, the rate and the size."""
         what = f"{self.periods} periods of {self.n_samples}" if self.is_periodic else f"{self.n_samples}"
         return (
-            f"{type(self).__name__}({self.name!r}: {what} samples at {self.sample_rate:g} Hz, RMS {self.rms:.4g}, crest "
-            f"factor {self.crest_factor:.3g})"
+            f"{type(self).__name__}({self.name!r}: {what} samples at {self.sample_rate:g} Hz, RMS {self.rms:.4g}, "
+            f"crest factor {self.crest_factor:.3g})"
         )
 
     @property
