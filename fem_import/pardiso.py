@@ -83,18 +83,24 @@ class PardisoFactor:
     """
 
     def __init__(self, upper: SparseMatrix, matrix_type: int, order: IntArray | None) -> None:
-        self._upper, self._type = upper, matrix_type
+        self._size, self._type = upper.shape[0], matrix_type
+        self._matrix: tuple[NDArray[Any], ...] = ()
         wide = upper.nnz > np.iinfo(np.int32).max
         try:
-            self._start(order, np.dtype(np.int64 if wide else np.int32))
+            self._start(upper, order, np.dtype(np.int64 if wide else np.int32))
             if not wide and not 0 <= self._settings[_FACTOR_ENTRIES] <= _MOST_ENTRIES_OF_32_BITS:
                 raise PardisoError(-8)
         except PardisoError as error:
             if wide or error.code != -8:
                 raise
             self.release()
-            self._start(order, np.dtype(np.int64))
+            self._start(upper, order, np.dtype(np.int64))
         self._call(_FACTOR)
+        if matrix_type == POSITIVE_DEFINITE:
+            # Solves look at the factor alone unless pivots were perturbed (checked: the same bits from emptied arrays).
+            # At 1e6 DoF the matrix is half a GiB.
+            nothing = np.zeros(1, self._integer)
+            self._matrix = (np.zeros(1), nothing, nothing, self._matrix[3])
 
     @property
     def n_negative(self) -> int:
@@ -117,12 +123,12 @@ class PardisoFactor:
         """Give the memory of the factor back."""
         self._finalizer()
 
-    def _start(self, order: IntArray | None, integer: np.dtype[Any]) -> None:
+    def _start(self, upper: SparseMatrix, order: IntArray | None, integer: np.dtype[Any]) -> None:
         self._integer = integer
         self._routine = _library().pardiso_64 if integer.itemsize == 8 else _library().pardiso
-        self._rows = self._upper.indptr.astype(integer, copy=False)
-        self._columns = self._upper.indices.astype(integer, copy=False)
-        self._order = np.zeros(self._upper.shape[0], integer) if order is None else order.astype(integer)
+        rows, columns = (indices.astype(integer, copy=False) for indices in (upper.indptr, upper.indices))
+        turn = np.zeros(self._size, integer) if order is None else order.astype(integer)
+        self._matrix = (upper.data, rows, columns, turn)
         settings = np.zeros(64, integer)
         settings[_OWN_VALUES] = settings[_FROM_ZERO] = 1
         settings[_ORDERING] = _PARDISO_METIS
@@ -134,20 +140,19 @@ class PardisoFactor:
         self._settings = settings
         self._handle = np.zeros(64, np.int64)
         self._finalizer = weakref.finalize(
-            self, _release, self._routine, self._handle, self._type, self._upper.shape[0], integer, settings
+            self, _release, self._routine, self._handle, self._type, self._size, integer, settings
         )
         self._call(_ANALYSE)
 
     def _call(self, phase: int, loads: FloatArray | None = None, answer: FloatArray | None = None) -> None:
         n_loads = 1 if loads is None else loads.shape[1]
-        arrays = (self._upper.data, self._rows, self._columns, self._order)
         code = _run(
-            self._routine, self._handle, self._type, phase, self._upper.shape[0], self._integer, arrays, n_loads,
+            self._routine, self._handle, self._type, phase, self._size, self._integer, self._matrix, n_loads,
             self._settings, loads, answer,
         )  # fmt: skip
         if code == -2:
             raise ReductionError(
-                f"A matrix of {self._upper.shape[0]} DoF does not fit into memory when factored "
+                f"A matrix of {self._size} DoF does not fit into memory when factored "
                 f"({self.n_entries * 8e-9:.3g} GB for the factor alone). Use a machine with more memory, or a coarser "
                 "mesh away from the interfaces."
             )
