@@ -14,6 +14,7 @@ import importlib.metadata
 import os
 import sys
 import weakref
+from collections.abc import Sequence
 from typing import Any, Final, TypeAlias
 
 import numpy as np
@@ -84,7 +85,7 @@ class PardisoFactor:
 
     def __init__(self, upper: SparseMatrix, matrix_type: int, order: IntArray | None) -> None:
         self._size, self._type = upper.shape[0], matrix_type
-        self._matrix: tuple[NDArray[Any], ...] = ()
+        self._matrix: list[NDArray[Any]] = []  # values, row pointers, columns, order
         wide = upper.nnz > np.iinfo(np.int32).max
         try:
             self._start(upper, order, np.dtype(np.int64 if wide else np.int32))
@@ -100,7 +101,7 @@ class PardisoFactor:
             # Solves look at the factor alone unless pivots were perturbed (checked: the same bits from emptied arrays).
             # At 1e6 DoF the matrix is half a GiB.
             nothing = np.zeros(1, self._integer)
-            self._matrix = (np.zeros(1), nothing, nothing, self._matrix[3])
+            self._matrix[:3] = np.zeros(1), nothing, nothing
 
     @property
     def n_negative(self) -> int:
@@ -128,7 +129,7 @@ class PardisoFactor:
         self._routine = _library().pardiso_64 if integer.itemsize == 8 else _library().pardiso
         rows, columns = (indices.astype(integer, copy=False) for indices in (upper.indptr, upper.indices))
         turn = np.zeros(self._size, integer) if order is None else order.astype(integer)
-        self._matrix = (upper.data, rows, columns, turn)
+        self._matrix = [upper.data, rows, columns, turn]
         settings = np.zeros(64, integer)
         settings[_OWN_VALUES] = settings[_FROM_ZERO] = 1
         settings[_ORDERING] = _PARDISO_METIS
@@ -228,7 +229,7 @@ def _run(
     phase: int,
     size: int,
     integer: np.dtype[Any],
-    arrays: tuple[NDArray[Any], ...],
+    arrays: Sequence[NDArray[Any]],
     n_loads: int,
     settings: NDArray[Any],
     loads: FloatArray | None,
