@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -231,6 +232,13 @@ class ReducedBody:
         if self.dynamic_compliance is None:
             return None
         return frequency_errors(self.dynamic_compliance, self.K, 6 * len(self.interfaces), frequencies, shapes)
+
+    @cached_property
+    def checksum(self) -> str:
+        """SHA-256 of everything that `save` writes, without the basis: equal for bodies that calculate alike."""
+        from fem_import.reduced_body_file import body_checksum  # here: the file module needs this class
+
+        return body_checksum(self)
 
     @property
     def rigid_body_motion(self) -> FloatArray:

@@ -42,6 +42,30 @@ _DISPLAY = tuple(item.name for item in fields(DisplayMesh))
 
 def write_body(body: ReducedBody, path: str | os.PathLike[str], with_basis: bool = False) -> None:
     """Write to a temporary file in the same folder, then put it in place: no half-written file can stay."""
+    arrays = _arrays(body, with_basis)
+    header = {
+        "format": np.array(_FORMAT),
+        "version": np.array(_VERSION),
+        "checksum": np.array(_checksum(arrays)),
+    }
+    target = Path(path)
+    handle, temporary = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
+    try:
+        with os.fdopen(handle, "wb") as stream:
+            # mypy: savez declares its allow_pickle keyword, which no array of ours is named.
+            np.savez(stream, **header, **arrays)  # type: ignore[arg-type]
+        os.replace(temporary, target)
+    except BaseException:
+        os.unlink(temporary)
+        raise
+
+
+def body_checksum(body: ReducedBody) -> str:
+    """Return the SHA-256 of what is written of a body without its basis."""
+    return _checksum(_arrays(body, with_basis=False))
+
+
+def _arrays(body: ReducedBody, with_basis: bool) -> dict[str, NDArray[Any]]:
     arrays: dict[str, NDArray[Any]] = {name: np.asarray(getattr(body, name)) for name in _PLAIN}
     arrays["findings"] = np.array(body.findings, dtype=str)
     optional = {"C": body.C, "dynamic_compliance": body.dynamic_compliance, "basis": body.basis if with_basis else None}
@@ -64,21 +88,7 @@ def write_body(body: ReducedBody, path: str | os.PathLike[str], with_basis: bool
     if body.display is not None:
         for name in _DISPLAY:
             arrays[f"display_{name}"] = getattr(body.display, name)
-    header = {
-        "format": np.array(_FORMAT),
-        "version": np.array(_VERSION),
-        "checksum": np.array(_checksum(arrays)),
-    }
-    target = Path(path)
-    handle, temporary = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            # mypy: savez declares its allow_pickle keyword, which no array of ours is named.
-            np.savez(stream, **header, **arrays)  # type: ignore[arg-type]
-        os.replace(temporary, target)
-    except BaseException:
-        os.unlink(temporary)
-        raise
+    return arrays
 
 
 def read_body(path: str | os.PathLike[str]) -> ReducedBody:

@@ -1,22 +1,28 @@
 """Dynamics of precision machines by bookkeeping: components in, modes and frequency responses out."""
 
 from ibsdyn.accelerometers import Accelerometer, accelerometer_record, bracket, motion_sensors
+from ibsdyn.budget import VibrationBudget, vibration_budget
 from ibsdyn.comparison import Comparison, compare
 from ibsdyn.components import Connection, Fixation, FlexibleBody, Inertia1D, RigidBody
 from ibsdyn.cross_check import CrossCheck, cross_check
+from ibsdyn.disturbances import CorrelatedDisturbance, Disturbance, Tone
 from ibsdyn.errors import (
     AnalysisError,
     EngineError,
     ExcitationError,
+    ExpressionError,
     ExtraMissingError,
     IbsdynError,
+    MissingFileError,
     MissingRecordError,
     ModelError,
+    ModelFileError,
     ModelWarning,
     RecordError,
     RecordWarning,
     SimulationError,
     SimulationWarning,
+    StudyError,
     UnknownKeywordError,
     UnknownNameError,
 )
@@ -31,15 +37,25 @@ from ibsdyn.modes import Modes
 from ibsdyn.motion_reconstruction import MotionReconstruction
 from ibsdyn.multisine import Multisine, band_lines, multisine, orthogonal_multisines
 from ibsdyn.piezo_platform import Orientation, PiezoPlatform
+from ibsdyn.psd import PSD
+from ibsdyn.quantities import ModeDamping, ModeFrequency, PeakResponse, Quantity, ResponseAt, RmsResponse
 from ibsdyn.records.channel_table import Channel
 from ibsdyn.records.read import read_record
 from ibsdyn.records.write import write_record
+from ibsdyn.requirement import Requirement, RequirementResult
 from ibsdyn.requirements import required_stiffness
+from ibsdyn.sampling import Samples, Tolerance, full_factorial, latin_hypercube, monte_carlo, one_at_a_time, variants
+from ibsdyn.sensitivity import response_sensitivities, sensitivities
+from ibsdyn.sensitivity_results import ResponseSensitivities, Sensitivities
 from ibsdyn.signals import BaseMotion, Force, Sensor, Stroke, Torque
 from ibsdyn.state_space import StateSpace
+from ibsdyn.study import Study
+from ibsdyn.study_results import FailedVariant, Odds, StudyResults
 from ibsdyn.time_record import TimeRecord
+from ibsdyn.vibration_environments import floor_vibration, launch_vibration
 
 __all__ = [
+    "PSD",
     "Accelerometer",
     "AnalysisError",
     "BaseMotion",
@@ -47,12 +63,16 @@ __all__ = [
     "Channel",
     "Comparison",
     "Connection",
+    "CorrelatedDisturbance",
     "CrossCheck",
     "DetectionLines",
+    "Disturbance",
     "EngineError",
     "Excitation",
     "ExcitationError",
+    "ExpressionError",
     "ExtraMissingError",
+    "FailedVariant",
     "Fixation",
     "FlexibleBody",
     "Force",
@@ -61,29 +81,49 @@ __all__ = [
     "IbsdynError",
     "Inertia1D",
     "LinearSystem",
+    "MissingFileError",
     "MissingRecordError",
     "ModalEstimate",
+    "ModeDamping",
+    "ModeFrequency",
     "Model",
     "ModelError",
+    "ModelFileError",
     "ModelWarning",
     "Modes",
     "MotionReconstruction",
     "Multisine",
+    "Odds",
     "Orientation",
+    "PeakResponse",
     "PiezoPlatform",
+    "Quantity",
     "RecordError",
     "RecordWarning",
+    "Requirement",
+    "RequirementResult",
+    "ResponseAt",
+    "ResponseSensitivities",
     "RigidBody",
+    "RmsResponse",
     "Run",
+    "Samples",
+    "Sensitivities",
     "Sensor",
     "SimulationError",
     "SimulationWarning",
     "StateSpace",
     "Stroke",
+    "Study",
+    "StudyError",
+    "StudyResults",
     "TimeRecord",
+    "Tolerance",
+    "Tone",
     "Torque",
     "UnknownKeywordError",
     "UnknownNameError",
+    "VibrationBudget",
     "accelerometer_record",
     "band_lines",
     "bracket",
@@ -92,12 +132,22 @@ __all__ = [
     "cross_check",
     "estimate_frf",
     "estimate_modes",
+    "floor_vibration",
+    "full_factorial",
+    "latin_hypercube",
+    "launch_vibration",
+    "monte_carlo",
     "motion_sensors",
     "multisine",
+    "one_at_a_time",
     "orthogonal_multisines",
     "random_noise",
     "read_record",
     "required_stiffness",
+    "response_sensitivities",
+    "sensitivities",
     "swept_sine",
+    "variants",
+    "vibration_budget",
     "write_record",
 ]

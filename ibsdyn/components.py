@@ -145,6 +145,18 @@ class FlexibleBody:
     reduced: ReducedBody
     zeta: float = 0.0
 
+    def __eq__(self, other: object) -> bool:
+        """Tell whether another body has the same name, ratio and reduced part, to the last digit."""
+        if not isinstance(other, FlexibleBody):
+            return NotImplemented
+        if (self.name, self.zeta) != (other.name, other.zeta):
+            return False
+        return self.reduced is other.reduced or self.reduced.checksum == other.reduced.checksum
+
+    def __hash__(self) -> int:
+        """Return a hash that agrees with equality."""
+        return hash((self.name, self.zeta, self.reduced.mass, len(self.reduced.M)))
+
     @staticmethod
     def of(name: object, reduced: object, zeta: object) -> FlexibleBody:
         """Return a checked flexible body.

@@ -65,6 +65,19 @@ def elastic_parts(assembly: Assembly, transform: Array) -> tuple[ElasticPart, ..
     return tuple(parts)
 
 
+def part_rows(assembly: Assembly, name: str) -> Array:
+    """Return the (m, N) rows over all coordinates of one connection or flexible body."""
+    for joint in assembly.joints:
+        if joint.name == name:
+            return _joint_rows(joint)
+    body = assembly.items[name]
+    assert isinstance(body, FlexibleBody)  # nothing else strains
+    own = _flexible_rows(body)
+    rows = np.zeros((len(own), len(assembly.names)))
+    rows[:, assembly.places[name]] = own
+    return rows
+
+
 def free_motions(parts: Sequence[ElasticPart], count: int) -> Array:
     """Return an orthonormal basis (n, r) of the motions of the free coordinates that strain nothing.
 

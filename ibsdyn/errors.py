@@ -29,8 +29,24 @@ class UnknownKeywordError(ModelError, TypeError):
     """A keyword that the called function does not know."""
 
 
+class ExpressionError(ModelError):
+    """Arithmetic in a model file or table that has no value."""
+
+
+class ModelFileError(ModelError):
+    """A model file or a table of components that cannot be read or written."""
+
+
+class MissingFileError(ModelFileError, FileNotFoundError):
+    """A file that is needed and not there."""
+
+
 class AnalysisError(IbsdynError, ValueError):
     """An analysis that is asked for something that has no answer."""
+
+
+class StudyError(IbsdynError, RuntimeError):
+    """A study that cannot go on: its results file belongs to another one, or its workers died."""
 
 
 class EngineError(IbsdynError, RuntimeError):

@@ -55,10 +55,7 @@ class FrequencyResponse:
 
     def unit(self, output: int, input_: int) -> str:
         """Return the unit of one response, ``-`` where output and input have the same."""
-        over, under = self.output_units[output], self.input_units[input_]
-        if over == under:
-            return "-"
-        return f"({over})/({under})" if "/" in under or "·" in under else f"({over})/{under}"
+        return unit_ratio(self.output_units[output], self.input_units[input_])
 
     def select(
         self,
@@ -116,6 +113,14 @@ class FrequencyResponse:
         from ibsdyn.plotting.bode import plot_bode
 
         return plot_bode(self, axes, label)
+
+
+def unit_ratio(over: str, under: str) -> str:
+    """Return the unit of an output per input, ``-`` where they are the same."""
+    if over == under:
+        return "-"
+    numerator = f"({over})" if "/" in over or "·" in over else over
+    return f"{numerator}/({under})" if "/" in under or "·" in under else f"{numerator}/{under}"
 
 
 def places(names: str | int | Sequence[str | int] | None, known: tuple[str, ...], what: str) -> list[int]:

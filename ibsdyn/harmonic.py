@@ -48,7 +48,7 @@ def harmonic_response(
     if not isinstance(hysteretic, bool):
         raise AnalysisError(f"hysteretic must be True or False, got {hysteretic!r}.")
     omega = 2 * np.pi * hertz
-    natural, shapes, rigid = system._modal
+    _, shapes, rigid = system._modal
     rows, base_rows = (np.array(part) for part in zip(*(system.sensor(s) for s in sensors), strict=True))
     static = system.quasi_static_motion()
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # infinities are refused below, in words
@@ -56,25 +56,7 @@ def harmonic_response(
         s = 1j * omega
         response = np.zeros((len(sensors), len(sources), len(omega)), dtype=complex)
         order = np.array([[_order(o) - _order(i) for i in sources] for o in sensors])
-        # The motion is the base's own, carried along quasi-statically, plus what is left behind. What is left behind is
-        # driven by inertia alone, so that it keeps its digits at low frequency, where absolute motions would cancel.
-        powers = np.zeros((3, len(natural), len(sources)), dtype=complex)
-        base = np.zeros((len(system.base_coordinates), len(sources)))
-        for column, source in enumerate(sources):
-            if isinstance(source, BaseMotion):
-                base[:, column] = system.base_motion(source)
-            else:
-                powers[0, :, column] = shapes.T @ system.load(source)
-                if hysteretic and isinstance(source, Stroke):
-                    # The stroke strains the connection's complex stiffness: a free one moves by the stroke, unlagged.
-                    zeta = next(part.zeta for part in system._parts if part.name == source.item)
-                    powers[0, :, column] *= 1 + 2j * zeta
-        n = len(natural)
-        C_static = system._explicit_damping[:n] @ static.motion
-        M_static = system.M @ static.motion[:n] + system.M_base
-        for power, matrix in enumerate((K_static, C_static, M_static)):
-            if not (static.strain_free and power < 2):
-                powers[power] -= shapes.T @ (matrix @ base)
+        powers, base = _driving(system, sources, K_static, hysteretic)
         for power in range(3):
             driven = np.flatnonzero(powers[power].any(axis=0))
             if len(driven):
@@ -94,6 +76,48 @@ def harmonic_response(
     )
 
 
+def modal_response(
+    system: LinearSystem, inputs: Sequence[Input], frequencies: Array, hysteretic: bool = False
+) -> Complex:
+    """Return how the modes answer inputs: what they leave behind a base that moves, in displacement.
+
+    Parameters
+    ----------
+    inputs : n_in of them.
+    frequencies : (n_freq,) above 0 [Hz].
+    hysteretic : as in ``LinearSystem.frf``.
+
+    Returns
+    -------
+    (n_modes, n_in, n_freq) modal coordinates per unit of each input. A sensor sees them through its row times the
+    shapes, and besides the base's own motion, carried along quasi-statically.
+    """
+    omega = 2 * np.pi * frequencies
+    solver, K_static = _solver(system, omega, hysteretic, system.quasi_static_motion())
+    s = 1j * omega
+    powers, _ = _driving(system, inputs, K_static, hysteretic)
+    order = np.array([_order(source) for source in inputs])
+    eye = np.eye(len(system.coordinates))
+    response = np.zeros((len(eye), len(inputs), len(omega)), dtype=complex)
+    for power in range(3):
+        driven = np.flatnonzero(powers[power].any(axis=0))
+        if len(driven):
+            exponent = (power - order[driven])[None, :, None]
+            response[:, driven] += solver(powers[power][:, driven], eye) * s**exponent
+    return response
+
+
+def carried_response(
+    system: LinearSystem, inputs: Sequence[Input], outputs: Sequence[Sensor], frequencies: Array
+) -> Complex:
+    """Return what outputs see of a base that carries everything along quasi-statically, (n_out, n_in, n_freq)."""
+    rows, base_rows = (np.array(part) for part in zip(*(system.sensor(o) for o in outputs), strict=True))
+    seen = system.quasi_static_motion().seen_by(rows, base_rows) @ _base_motions(system, inputs)
+    order = np.array([[_order(o) - _order(i) for i in inputs] for o in outputs])
+    carried: Complex = seen[:, :, None] * (2j * np.pi * frequencies) ** order[:, :, None]
+    return carried
+
+
 def checked_frequencies(frequencies: object) -> Array:
     """Return frequencies [Hz] as an array.
 
@@ -111,6 +135,43 @@ def checked_frequencies(frequencies: object) -> Array:
     if bad.size:
         raise AnalysisError(f"frequencies must be finite and not negative [Hz], got {bad[0]}.")
     return hertz
+
+
+def _base_motions(system: LinearSystem, sources: Sequence[Input]) -> Array:
+    """Return the (n_base, n_in) motions of the base's coordinates per unit of each input's motion."""
+    base = np.zeros((len(system.base_coordinates), len(sources)))
+    for column, source in enumerate(sources):
+        if isinstance(source, BaseMotion):
+            base[:, column] = system.base_motion(source)
+    return base
+
+
+def _driving(
+    system: LinearSystem, sources: Sequence[Input], K_static: Complex, hysteretic: bool
+) -> tuple[Complex, Array]:
+    """Return the (3, n, n_in) modal loads by power of i omega, and the (n_base, n_in) motions of the base.
+
+    The motion is the base's own, carried along quasi-statically, plus what is left behind. What is left behind is
+    driven by inertia alone, so that it keeps its digits at low frequency, where absolute motions would cancel.
+    """
+    natural, shapes, _ = system._modal
+    static = system.quasi_static_motion()
+    n = len(natural)
+    powers: Complex = np.zeros((3, n, len(sources)), dtype=complex)
+    base = _base_motions(system, sources)
+    for column, source in enumerate(sources):
+        if not isinstance(source, BaseMotion):
+            powers[0, :, column] = shapes.T @ system.load(source)
+            if hysteretic and isinstance(source, Stroke):
+                # The stroke strains the connection's complex stiffness: a free one moves by the stroke, unlagged.
+                zeta = next(part.zeta for part in system._parts if part.name == source.item)
+                powers[0, :, column] *= 1 + 2j * zeta
+    C_static = system._explicit_damping[:n] @ static.motion
+    M_static = system.M @ static.motion[:n] + system.M_base
+    for power, matrix in enumerate((K_static, C_static, M_static)):
+        if not (static.strain_free and power < 2):
+            powers[power] -= shapes.T @ (matrix @ base)
+    return powers, base
 
 
 def _order(signal: Input | Sensor) -> int:

@@ -6,6 +6,7 @@ import copy
 import warnings
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
+from typing import Any, TypeVar
 
 from fem_import import ReducedBody
 from ibsdyn.assembly import Assembly
@@ -27,17 +28,23 @@ from ibsdyn.components import (
 from ibsdyn.engine import FlexibleMapping
 from ibsdyn.errors import ModelError, ModelWarning, UnknownNameError, known_keywords, nearest
 from ibsdyn.linear_system import LinearSystem, linearize
-from ibsdyn.model_check import HIGH_ZETA, findings, high_zeta_words
+from ibsdyn.model_check import HIGH_ZETA, findings, high_zeta_words, signal_findings
 from ibsdyn.model_table import component_table
+from ibsdyn.parameters import changed_components, model_parameters
+from ibsdyn.registered import Disturbance, Registered, Requirement, RequirementResult
 from ibsdyn.replacement import replaced_connections
-from ibsdyn.signals import Sensor
+from ibsdyn.signals import Input, Sensor, checked_inputs, checked_outputs
 from ibsdyn.simulation import Excitations, simulate
 from ibsdyn.time_record import TimeRecord
 from ibsdyn.validation import checked_names, number, point, valid_name
 
+_Entry = TypeVar("_Entry", bound=Registered)
+
 
 class Model:
-    """A machine as a list of fixations, bodies and connections.
+    """A machine as a list of fixations, bodies and connections, with what acts on it, is measured and required.
+
+    Two models are equal if all that is in them is, in the same order; a model can change and has no hash.
 
     Parameters
     ----------
@@ -59,6 +66,10 @@ class Model:
         self.axis = axis
         self._items: dict[str, Item] = {}
         self._connections: dict[str, Connection] = {}
+        self._inputs: dict[str, Input] = {}
+        self._sensors: dict[str, Sensor] = {}
+        self._disturbances: dict[str, Disturbance] = {}
+        self._requirements: dict[str, Requirement] = {}
 
     # -- what is in it
 
@@ -71,6 +82,26 @@ class Model:
     def connections(self) -> Mapping[str, Connection]:
         """Connections by name, in the order in which they were added."""
         return MappingProxyType(self._connections)
+
+    @property
+    def inputs(self) -> Mapping[str, Input]:
+        """Forces, torques and motions of fixations by name, in the order in which they were added."""
+        return MappingProxyType(self._inputs)
+
+    @property
+    def sensors(self) -> Mapping[str, Sensor]:
+        """Sensors by name, in the order in which they were added."""
+        return MappingProxyType(self._sensors)
+
+    @property
+    def disturbances(self) -> Mapping[str, Disturbance]:
+        """Disturbances by name, in the order in which they were added."""
+        return MappingProxyType(self._disturbances)
+
+    @property
+    def requirements(self) -> Mapping[str, Requirement]:
+        """Requirements by name, in the order in which they were added."""
+        return MappingProxyType(self._requirements)
 
     def __repr__(self) -> str:
         """Name the model and count its components."""
@@ -86,7 +117,21 @@ class Model:
         twin = Model(self.name if name is None else name, self.axis)
         twin._items = copy.copy(self._items)
         twin._connections = copy.copy(self._connections)
+        for own, copied in zip(self._registries(), twin._registries(), strict=True):
+            copied.update(own)
         return twin
+
+    def __eq__(self, other: object) -> bool:
+        """Tell whether another model has the same name, axis and content in the same order, to the last digit."""
+        if not isinstance(other, Model):
+            return NotImplemented
+        if (self.name, self.axis) != (other.name, other.axis):
+            return False
+        return all(
+            list(own.items()) == list(others.items()) for own, others in zip(self._parts(), other._parts(), strict=True)
+        )
+
+    __hash__ = None  # type: ignore[assignment]  # how Python says that what can change has no hash
 
     # -- components
 
@@ -244,19 +289,85 @@ class Model:
         self._connections[name] = connection
         return connection
 
+    # -- what acts on it, what is measured, what is required
+
+    @known_keywords
+    def add_input(self, signal: Input) -> Input:
+        """Register a Force, Torque or BaseMotion under its name, for the model file, budgets and reports.
+
+        Parameters
+        ----------
+        signal : the input; that its item exists is checked when it is used, and by ``check()``.
+
+        Raises
+        ------
+        ModelError : no input, or a name that is taken.
+        """
+        (checked,) = checked_inputs(signal)
+        return self._register(self._inputs, checked)
+
+    @known_keywords
+    def add_sensor(self, sensor: Sensor) -> Sensor:
+        """Register a sensor under its name, for the model file, budgets and reports.
+
+        Parameters
+        ----------
+        sensor : that its item exists is checked when it is used, and by ``check()``.
+
+        Raises
+        ------
+        ModelError : no sensor, or a name that is taken.
+        """
+        (checked,) = checked_outputs(sensor)
+        return self._register(self._sensors, checked)
+
+    @known_keywords
+    def add_disturbance(self, disturbance: Disturbance) -> Disturbance:
+        """Register a disturbance under its name, for the model file, budgets and reports.
+
+        Parameters
+        ----------
+        disturbance : an ``ibs.Disturbance``.
+
+        Raises
+        ------
+        ModelError : no disturbance, or a name that is taken.
+        """
+        if not isinstance(disturbance, Disturbance):
+            raise ModelError(f"add_disturbance takes an ibs.Disturbance, got {disturbance!r}.")
+        return self._register(self._disturbances, disturbance)
+
+    @known_keywords
+    def add_requirement(self, requirement: Requirement) -> Requirement:
+        """Register a requirement under its name; ``check_requirements()`` tells whether it is met.
+
+        Parameters
+        ----------
+        requirement : an ``ibs.Requirement``.
+
+        Raises
+        ------
+        ModelError : no requirement, or a name that is taken.
+        """
+        if not isinstance(requirement, Requirement):
+            raise ModelError(f"add_requirement takes an ibs.Requirement, got {requirement!r}.")
+        return self._register(self._requirements, requirement)
+
     def remove(self, name: str) -> None:
-        """Take a component out of the model.
+        """Take a component, an input, a sensor, a disturbance or a requirement out of the model.
 
         Raises
         ------
         UnknownNameError : it is not in the model.
         ModelError : connections still hold on to it.
         """
-        if name in self._connections:
-            del self._connections[name]
-            return
+        for registry in (self._connections, *self._registries()):
+            if name in registry:
+                del registry[name]
+                return
         if name not in self._items:
-            raise UnknownNameError(f"remove: {name!r} is not in the model. {nearest(name, self._names())}")
+            known = [*self._names(), *self._registered_names()]
+            raise UnknownNameError(f"remove: {name!r} is not in the model. {nearest(str(name), known)}")
         holding = [c.name for c in self._connections.values() if name in (_body(c.item1), _body(c.item2))]
         if holding:
             raise ModelError(
@@ -335,11 +446,50 @@ class Model:
         self._connections = connections
         return body
 
+    # -- parameters
+
+    def parameters(self) -> dict[str, float]:
+        """Return every number of the components by address, as ``{"mirror.mass": 0.25, "mount.kx": 1e6, ...}``, SI."""
+        known = model_parameters(self._items, self._connections, self.axis)
+        return {address: parameter.value for address, parameter in known.items()}
+
+    def with_parameters(self, values: Mapping[str, float]) -> Model:
+        """Return a model of its own in which some numbers are others.
+
+        Parameters
+        ----------
+        values : new values by address, as ``{"mirror.mass": 0.3, "mount.position1.x": 0.01}``, SI; ``parameters()``
+            lists the addresses.
+
+        Raises
+        ------
+        UnknownNameError : an address that the model does not have.
+        ModelError : a value that the component cannot have.
+        """
+        twin = self.copy()
+        twin._items, twin._connections = changed_components(self._items, self._connections, self.axis, values)
+        return twin
+
     # -- analyses
 
     def check(self) -> list[str]:
         """Return in words what looks wrong or is worth knowing; raises nothing, empty if all is well."""
-        return findings(self.axis, self._items, self._connections)
+        found = findings(self.axis, self._items, self._connections)
+        if any(not isinstance(item, Fixation) for item in self._items.values()):
+            found += signal_findings(self.assembly(), self._inputs, self._sensors)
+        return found
+
+    def check_requirements(self) -> tuple[RequirementResult, ...]:
+        """Return for every requirement whether the model meets it, in the order in which they were added.
+
+        Raises
+        ------
+        ModelError : an empty model, or a requirement on something that the model does not have.
+        """
+        if not self._requirements:
+            return ()
+        system = self.linearize()
+        return tuple(requirement.check(system) for requirement in self._requirements.values())
 
     @known_keywords
     def linearize(self, flexible: FlexibleMapping = "small-deflection") -> LinearSystem:
@@ -438,6 +588,20 @@ class Model:
     def _names(self) -> list[str]:
         return [*self._items, *self._connections]
 
+    def _registries(self) -> tuple[dict[str, Any], ...]:
+        return self._inputs, self._sensors, self._disturbances, self._requirements
+
+    def _parts(self) -> tuple[dict[str, Any], ...]:
+        return self._items, self._connections, *self._registries()
+
+    def _registered_names(self) -> list[str]:
+        return [name for registry in self._registries() for name in registry]
+
+    def _register(self, registry: dict[str, _Entry], entry: _Entry) -> _Entry:
+        self._require_new(entry.name)
+        registry[entry.name] = entry
+        return entry
+
     def _addresses(self) -> list[str]:
         addresses: list[str] = []
         for name, item in self._items.items():
@@ -450,6 +614,11 @@ class Model:
     def _require_new(self, name: str) -> None:
         if name in self._items or name in self._connections:
             raise ModelError(f"the name {name!r} is taken; every component of model {self.name!r} needs its own.")
+        if any(name in registry for registry in self._registries()):
+            raise ModelError(
+                f"the name {name!r} is taken; inputs, sensors, disturbances and requirements of model {self.name!r} "
+                "need names of their own, by name= where they are made."
+            )
 
     def _end(self, item: object, what: str) -> str:
         if not isinstance(item, str):

@@ -14,6 +14,7 @@ from ibsdyn.components import Connection, Fixation, FlexibleBody, Inertia1D, Ite
 from ibsdyn.elastic_parts import elastic_parts, free_motions
 from ibsdyn.errors import ModelError
 from ibsdyn.locks import Elimination, eliminate_locks
+from ibsdyn.signals import BaseMotion, Input, Sensor, base_column, load_column, sensor_row
 from ibsdyn.validation import in_words
 
 # Bounds between which a precision machine lives; what is outside was probably typed in another unit.
@@ -44,6 +45,22 @@ def findings(axis: str | None, items: Mapping[str, Item], connections: Mapping[s
         *_reach(assembly),
         *_ground(items),
     ]
+
+
+def signal_findings(assembly: Assembly, inputs: Mapping[str, Input], sensors: Mapping[str, Sensor]) -> list[str]:
+    """Return in words which registered inputs and sensors the model cannot use."""
+    found = []
+    for signal in (*inputs.values(), *sensors.values()):
+        try:
+            if isinstance(signal, Sensor):
+                sensor_row(signal, assembly)
+            elif isinstance(signal, BaseMotion):
+                base_column(signal, assembly)
+            else:
+                load_column(signal, assembly)
+        except ModelError as error:
+            found.append(str(error))
+    return found
 
 
 def _unconnected(items: Mapping[str, Item], connections: Mapping[str, Connection]) -> list[str]:

@@ -261,12 +261,12 @@ def load_column(signal: Force | Torque | Stroke, assembly: Assembly) -> Array:
     position = signal.position if isinstance(signal, Force) else None
     if isinstance(signal, Torque):
         _refuse_unknown_rotation(signal, assembly, signal.item)
-    row: Array = _row(signal, assembly) @ assembly.motion(signal.item, position)
+    row: Array = direction_row(signal, assembly) @ assembly.motion(signal.item, position)
     return row
 
 
 def _stroke_column(signal: Stroke, assembly: Assembly) -> Array:
-    row = _row(signal, assembly)  # which refuses what is off the axis of a 1-D model
+    row = direction_row(signal, assembly)  # which refuses what is off the axis of a 1-D model
     joints = {joint.name: joint for joint in assembly.joints}
     if signal.item not in joints:
         raise UnknownNameError(f"{signal.name}: no connection {signal.item!r}. {nearest(signal.item, joints)}")
@@ -297,7 +297,7 @@ def base_column(signal: BaseMotion, assembly: Assembly) -> Array:
     if not isinstance(assembly.items.get(signal.item), Fixation):
         known = [f.name for f in assembly.fixations]
         raise ModelError(f"BaseMotion {what!r}: {signal.item!r} is not a fixation. {nearest(signal.item, known)}")
-    column: Array = (_row(signal, assembly) @ assembly.motion(signal.item))[assembly.is_base]
+    column: Array = (direction_row(signal, assembly) @ assembly.motion(signal.item))[assembly.is_base]
     return column
 
 
@@ -311,7 +311,7 @@ def sensor_row(sensor: Sensor, assembly: Assembly) -> Array:
     """
     what = sensor.name
     assembly.address(sensor.item, what)
-    direction = _row(sensor, assembly)
+    direction = direction_row(sensor, assembly)
     if sensor.is_rotation:
         for item in (sensor.item, sensor.relative_to):
             _refuse_unknown_rotation(sensor, assembly, item)
@@ -368,7 +368,13 @@ def _refuse_unknown_rotation(signal: _Signal, assembly: Assembly, item: str | No
         )
 
 
-def _row(signal: _Signal, assembly: Assembly) -> Array:
+def direction_row(signal: _Signal, assembly: Assembly) -> Array:
+    """Return the (6,) direction of a signal in global axes.
+
+    Raises
+    ------
+    ModelError : off the axis of a 1-D model, or with a position in one.
+    """
     row = np.zeros(6)
     if isinstance(signal.direction, str):
         if assembly.axis is not None and signal.direction != assembly.axis:

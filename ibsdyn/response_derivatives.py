@@ -1,0 +1,219 @@
+"""First derivatives of frequency responses to the parameters of a model, for all parameters at once.
+
+Where all damping comes from ratios, the modal sum is differentiated term by term: residues, frequencies and rates.
+Explicit dampers couple the modes; then -lambda^T Z' eta with the adjoint solution lambda of every output.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ibsdyn.axes import Array
+from ibsdyn.mode_derivatives import ModeDerivatives
+from ibsdyn.parameter_derivatives import MatrixChange, MotionBasis, lever_derivative
+from ibsdyn.parameters import Parameter
+from ibsdyn.signals import BaseMotion, Force, Input, Sensor, Stroke, Torque, direction_row
+
+Complex = NDArray[np.complex128]
+
+
+class ResponseDerivatives:
+    """Responses of a system and their derivatives, between chosen inputs and outputs.
+
+    Parameters
+    ----------
+    basis : modes and quasi-static motions of the system.
+    parameters, changes, modes : P parameters and what they do.
+    inputs, outputs : n_in and n_out signals.
+    """
+
+    def __init__(
+        self,
+        basis: MotionBasis,
+        parameters: Sequence[Parameter],
+        changes: Sequence[MatrixChange],
+        modes: ModeDerivatives,
+        inputs: Sequence[Input],
+        outputs: Sequence[Sensor],
+    ) -> None:
+        self._basis = basis
+        self._changes = changes
+        self._modes = modes
+        n, size, count = basis.n, basis.size, len(parameters)
+        system = basis.system
+        self._orders = np.array([[_order(o) - _order(i) for i in inputs] for o in outputs])
+        # Sensors over modes and base motions; loads on modes; base motions: each with its derivatives.
+        self._rows = np.array([np.concatenate(system.sensor(o)) @ basis.vectors for o in outputs])
+        self._row_changes = np.zeros((count, len(outputs), size))
+        self._loads = np.zeros((n, len(inputs)))
+        self._load_changes = np.zeros((count, n, len(inputs)))
+        self._base = np.zeros((size - n, len(inputs)))
+        self._base_changes = np.zeros((count, size - n, len(inputs)))
+        shapes = basis.vectors[:n, :n]
+        for i, source in enumerate(inputs):
+            if isinstance(source, BaseMotion):
+                self._base[:, i] = system.base_motion(source)
+            else:
+                self._loads[:, i] = shapes.T @ system.load(source)
+        for p, (parameter, change) in enumerate(zip(parameters, changes, strict=True)):
+            for o, sensor in enumerate(outputs):
+                self._row_changes[p, o] = _sensor_change(basis, parameter, sensor)
+                if change.motion is not None:
+                    self._row_changes[p, o] += basis.sensor_row(sensor) @ change.motion
+            for i, source in enumerate(inputs):
+                if isinstance(source, BaseMotion):
+                    self._base_changes[p, :, i] = _base_change(basis, parameter, source)
+                    continue
+                self._load_changes[p, :, i] = _load_change(basis, parameter, source)
+                if change.motion is not None:
+                    self._load_changes[p, :, i] += basis.load_column(source) @ change.motion[:, :n]
+
+    def at(self, frequencies: Array) -> tuple[Complex, Complex]:
+        """Return responses (n_out, n_in, n_freq) and derivatives (P, n_out, n_in, n_freq) at frequencies [Hz]."""
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # 0 Hz: the caller sees what is infinite
+            if self._basis.explicit.any():
+                response, derivatives = self._coupled(2 * np.pi * frequencies)
+            else:
+                response, derivatives = self._modal(2 * np.pi * frequencies)
+            scale = (2j * np.pi * frequencies) ** self._orders[:, :, None]
+            return response * scale, derivatives * scale
+
+    def _modal(self, omega: Array) -> tuple[Complex, Complex]:
+        basis, modes = self._basis, self._modes
+        n = basis.n
+        rows, base_rows = self._rows[:, :n], self._rows[:, n:]
+        safe = np.where(basis.rigid, 1.0, basis.omega)
+        rate = np.where(basis.rigid, 0.0, 2.0 * np.diag(basis.weighted)[:n] / safe)
+        inverse = 1.0 / (basis.omega[:, None] ** 2 - omega**2 + 1j * omega * rate[:, None])
+        # Derivatives of what each mode shows and of what drives it, shapes included; by power of i omega.
+        row_changes = self._row_changes[:, :, :n] + rows @ modes.shapes
+        turned = np.swapaxes(modes.shapes, 1, 2)
+        K, M, explicit = (
+            np.array([getattr(change, name)[:n, n:] for change in self._changes]) for name in ("K", "M", "explicit")
+        )
+        static_rate = (rate / safe**2)[:, None] * K + explicit
+        inertia = basis.base_inertia
+        loads = [self._loads, np.zeros_like(self._loads), -inertia @ self._base]
+        load_changes = [
+            self._load_changes + turned @ loads[0] - K @ self._base,
+            -static_rate @ self._base,
+            turned @ loads[2] - M @ self._base - inertia @ self._base_changes,
+        ]
+        count, n_out, n_in = len(self._changes), len(rows), self._base.shape[1]
+        direct = base_rows @ self._base
+        direct_changes = self._row_changes[:, :, n:] @ self._base + base_rows @ self._base_changes
+        response = np.repeat(direct[:, :, None].astype(complex), len(omega), axis=2)
+        derivatives = np.repeat(direct_changes[..., None].astype(complex), len(omega), axis=3)
+        squared = inverse**2
+        for power in range(3):
+            f, df = loads[power], load_changes[power]
+            factor = (1j * omega) ** power
+            if f.any():
+                response += ((rows[:, None, :] * f.T) @ inverse) * factor
+            residues = row_changes[:, :, None, :] * f.T + rows[:, None, :] * np.swapaxes(df, 1, 2)[:, None]
+            _add(derivatives, residues, inverse * factor)
+            # Repeated frequencies have blocks; both modes of a pair have the same 1 / Z².
+            _add(derivatives, -_blocks(rows, modes.eigenvalue_blocks, f), squared * factor)
+            _add(derivatives, -_blocks(rows, modes.damping_blocks, f), squared * (factor * 1j * omega))
+        assert derivatives.shape == (count, n_out, n_in, len(omega))
+        return response, derivatives
+
+    def _coupled(self, omega: Array) -> tuple[Complex, Complex]:
+        basis = self._basis
+        n, size = basis.n, basis.size
+        s = 1j * omega
+        safe = np.where(basis.rigid, 1.0, basis.omega)
+        rate = np.where(basis.rigid, 0.0, 2.0 * np.diag(basis.weighted)[:n] / safe)
+        damping = np.diag(rate) + basis.explicit[:n, :n]
+        dynamic = np.diag(basis.omega**2) + s[:, None, None] * damping - (omega**2)[:, None, None] * np.eye(n)
+        inverse = np.linalg.inv(dynamic)
+        coupling = s[:, None, None] * basis.explicit[:n, n:] - (omega**2)[:, None, None] * basis.base_inertia
+        motion = inverse @ (self._loads - coupling @ self._base)
+        adjoint = self._rows[:, :n] @ inverse
+        whole = np.concatenate([motion, np.broadcast_to(self._base, (len(omega), *self._base.shape))], axis=1)
+        response = self._rows @ whole
+        derivatives = np.empty((len(self._changes), *self._orders.shape, len(omega)), dtype=complex)
+        flat = np.swapaxes(whole, 1, 2).reshape(-1, size)
+        for p, change in enumerate(self._changes):
+            K, C, M = change.K[:n].copy(), np.zeros((n, size)), change.M[:n]
+            K[basis.rigid] = 0.0
+            K[:, :n][:, basis.rigid] = 0.0
+            C[:, :n] = self._rate_matrix_change(rate, p) + change.explicit[:n, :n]
+            C[:, n:] = (rate / safe**2)[:, None] * K[:, n:] + change.explicit[:n, n:]
+            parts = [np.swapaxes((flat @ matrix.T).reshape(len(omega), -1, n), 1, 2) for matrix in (K, C, M)]
+            forces = parts[0] + s[:, None, None] * parts[1] - (omega**2)[:, None, None] * parts[2]
+            forces = self._load_changes[p] - forces - coupling @ self._base_changes[p]
+            own = self._row_changes[p] @ whole + self._rows[:, n:] @ self._base_changes[p]
+            derivatives[p] = np.moveaxis(own + adjoint @ forces, 0, -1)
+        return np.moveaxis(response, 0, -1), derivatives
+
+    def _rate_matrix_change(self, rate: Array, p: int) -> Array:
+        """Return the derivative of phi^T C phi, C from ratios, in modes that are held: those turn, C follows them."""
+        n = self._basis.n
+        follow = self._changes[p].M[:n, :n] + self._modes.shapes[p]
+        turning = follow * rate
+        change: Array = turning + turning.T + self._modes.damping_blocks[p]
+        return change
+
+
+def _blocks(rows: Array, blocks: Array, loads: Array) -> Array:
+    """Return (P, n_out, n_in, n) of rows_g block_gh loads_h, summed over g."""
+    shown = rows @ blocks
+    residues: Array = shown[:, :, None, :] * loads.T
+    return residues
+
+
+def _add(derivatives: Complex, residues: Array, dynamic: Complex) -> None:
+    """Add residues (P, n_out, n_in, n) times dynamic (n, n_freq); real times complex as one real product."""
+    if not residues.any():
+        return
+    both = np.ascontiguousarray(dynamic).view(float)
+    derivatives += (residues.reshape(-1, len(dynamic)) @ both).view(complex).reshape(derivatives.shape)
+
+
+def _order(signal: Input | Sensor) -> int:
+    return signal.order if isinstance(signal, (BaseMotion, Sensor)) else 0
+
+
+def _moves_along(basis: MotionBasis, parameter: Parameter, item: str) -> bool:
+    """Tell whether a parameter moves the point that an item's name stands for: a CoG or a fixation's position."""
+    return parameter.kind == "place" and parameter.component == item and item in basis.assembly.items
+
+
+def _sensor_change(basis: MotionBasis, parameter: Parameter, sensor: Sensor) -> Array:
+    if sensor.position is not None or not _moves_along(basis, parameter, sensor.item):
+        return np.zeros(basis.size)
+    assembly = basis.assembly
+    rows = assembly.motion(sensor.item)
+    if sensor.relative_to is not None:
+        rows = rows - assembly.motion(sensor.relative_to, assembly.frames[sensor.item])
+    change: Array = direction_row(sensor, assembly) @ lever_derivative(parameter.entry, rows) @ basis.motion
+    return change
+
+
+def _load_change(basis: MotionBasis, parameter: Parameter, source: Force | Torque | Stroke) -> Array:
+    if isinstance(source, Stroke):
+        return basis.stroke_change(parameter, source)
+    if not isinstance(source, Force) or source.position is not None:
+        return np.zeros(basis.n)
+    if not _moves_along(basis, parameter, source.item):
+        return np.zeros(basis.n)
+    rows = lever_derivative(parameter.entry, basis.assembly.motion(source.item))
+    change: Array = direction_row(source, basis.assembly) @ rows @ basis.motion[:, : basis.n]
+    return change
+
+
+def _base_change(basis: MotionBasis, parameter: Parameter, source: BaseMotion) -> Array:
+    """Return how the motion of a fixation's frame, held in place, changes as the centre of rotation moves away."""
+    assembly = basis.assembly
+    if not _moves_along(basis, parameter, source.item):
+        return np.zeros(int(assembly.is_base.sum()))
+    motion = np.zeros(len(assembly.names))
+    motion[assembly.places[source.item]] = -lever_derivative(
+        parameter.entry, direction_row(source, assembly)[:, None]
+    ).ravel()
+    seen: Array = motion[assembly.is_base]
+    return seen
