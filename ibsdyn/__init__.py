@@ -28,9 +28,19 @@ from ibsdyn.errors import (
 )
 from ibsdyn.excitation import Excitation, burst_random, random_noise, swept_sine
 from ibsdyn.experiment import Campaign, Run
+from ibsdyn.flexures import (
+    FlexureStiffness,
+    cross_flexure,
+    cross_flexure_rotation,
+    guide_shortening,
+    leaf_spring,
+    notch_hinge,
+    parallel_guide,
+)
 from ibsdyn.frequency_response import FrequencyResponse
 from ibsdyn.identification import DetectionLines, FrfEstimate, estimate_frf
 from ibsdyn.linear_system import LinearSystem
+from ibsdyn.mirror_optics import BeamPath, FlatMirror
 from ibsdyn.modal_estimation import ModalEstimate, estimate_modes
 from ibsdyn.model import Model
 from ibsdyn.modes import Modes
@@ -43,11 +53,17 @@ from ibsdyn.records.channel_table import Channel
 from ibsdyn.records.read import read_record
 from ibsdyn.records.write import write_record
 from ibsdyn.requirement import Requirement, RequirementResult
-from ibsdyn.requirements import required_stiffness
 from ibsdyn.sampling import Samples, Tolerance, full_factorial, latin_hypercube, monte_carlo, one_at_a_time, variants
 from ibsdyn.sensitivity import response_sensitivities, sensitivities
 from ibsdyn.sensitivity_results import ResponseSensitivities, Sensitivities
-from ibsdyn.signals import BaseMotion, Force, Sensor, Stroke, Torque
+from ibsdyn.signals import BaseMotion, CombinedSensor, Force, Sensor, Stroke, Torque
+from ibsdyn.sizing import (
+    StiffnessShares,
+    distribute_stiffness,
+    mirror_deflection,
+    required_frequency,
+    required_stiffness,
+)
 from ibsdyn.state_space import StateSpace
 from ibsdyn.study import Study
 from ibsdyn.study_results import FailedVariant, Odds, StudyResults
@@ -59,8 +75,10 @@ __all__ = [
     "Accelerometer",
     "AnalysisError",
     "BaseMotion",
+    "BeamPath",
     "Campaign",
     "Channel",
+    "CombinedSensor",
     "Comparison",
     "Connection",
     "CorrelatedDisturbance",
@@ -74,7 +92,9 @@ __all__ = [
     "ExtraMissingError",
     "FailedVariant",
     "Fixation",
+    "FlatMirror",
     "FlexibleBody",
+    "FlexureStiffness",
     "Force",
     "FrequencyResponse",
     "FrfEstimate",
@@ -113,6 +133,7 @@ __all__ = [
     "SimulationError",
     "SimulationWarning",
     "StateSpace",
+    "StiffnessShares",
     "Stroke",
     "Study",
     "StudyError",
@@ -130,19 +151,28 @@ __all__ = [
     "burst_random",
     "compare",
     "cross_check",
+    "cross_flexure",
+    "cross_flexure_rotation",
+    "distribute_stiffness",
     "estimate_frf",
     "estimate_modes",
     "floor_vibration",
     "full_factorial",
+    "guide_shortening",
     "latin_hypercube",
     "launch_vibration",
+    "leaf_spring",
+    "mirror_deflection",
     "monte_carlo",
     "motion_sensors",
     "multisine",
+    "notch_hinge",
     "one_at_a_time",
     "orthogonal_multisines",
+    "parallel_guide",
     "random_noise",
     "read_record",
+    "required_frequency",
     "required_stiffness",
     "response_sensitivities",
     "sensitivities",

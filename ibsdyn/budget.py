@@ -22,7 +22,7 @@ from ibsdyn.harmonic import carried_response, modal_response
 from ibsdyn.psd import require_band_overlap
 from ibsdyn.reduction_trust import warn_of_frequencies_beyond
 from ibsdyn.resonance_grid import LEAST_RATIO, ResonanceGrid, checked_band, poles, resonance_grid
-from ibsdyn.signals import Input, Sensor, checked_outputs
+from ibsdyn.signals import Input, Output, checked_outputs
 
 if TYPE_CHECKING:
     from ibsdyn.linear_system import LinearSystem
@@ -168,7 +168,7 @@ class VibrationBudget:
 @known_keywords
 def vibration_budget(
     system: LinearSystem,
-    outputs: Sensor | Sequence[Sensor],
+    outputs: Output | Sequence[Output],
     disturbances: AnyDisturbance | Sequence[AnyDisturbance],
     band: Sequence[float] | None = None,
     hysteretic: bool = False,
@@ -178,7 +178,7 @@ def vibration_budget(
     Parameters
     ----------
     system : from ``model.linearize()``.
-    outputs : Sensor, one or several.
+    outputs : Sensor or CombinedSensor, one or several.
     disturbances : Disturbance, CorrelatedDisturbance, Tone; one or several. They are independent of each other and
         add in power.
     band : (lower, upper) over which power is counted [Hz]; all that the disturbances reach if None.
@@ -255,7 +255,7 @@ def _correlation_kinks(cause: AnyDisturbance) -> Sequence[float]:
 
 def _accumulate(
     system: LinearSystem,
-    sensors: Sequence[Sensor],
+    sensors: Sequence[Output],
     causes: Sequence[AnyDisturbance],
     grid: ResonanceGrid,
     limits: tuple[float, float],
@@ -298,7 +298,7 @@ def _accumulate(
 def _cross_powers(
     system: LinearSystem,
     inputs: Sequence[Input],
-    sensors: Sequence[Sensor],
+    sensors: Sequence[Output],
     hertz: Array,
     spectra: Complex,
     weights: Array,

@@ -20,7 +20,7 @@ Complex = NDArray[np.complexfloating]
 INDEFINITE = 1e-6
 
 
-@dataclass(frozen=True, eq=False, init=False)
+@dataclass(frozen=True, init=False)
 class Disturbance:
     """A random signal on one input.
 
@@ -119,6 +119,21 @@ class CorrelatedDisturbance:
             frequencies=hertz,
         )
 
+    def __eq__(self, other: object) -> bool:
+        """Tell whether another disturbance has the same inputs, PSDs and correlation, to the last digit."""
+        if not isinstance(other, CorrelatedDisturbance):
+            return NotImplemented
+        own, others = self.frequencies, other.frequencies
+        return (
+            (self.name, self.inputs, self.psds) == (other.name, other.inputs, other.psds)
+            and np.array_equal(self.correlation, other.correlation)
+            and (own is others or (own is not None and others is not None and np.array_equal(own, others)))
+        )
+
+    def __hash__(self) -> int:
+        """Return a hash that agrees with equality."""
+        return hash((self.name, self.inputs, self.psds))
+
     @classmethod
     @known_keywords
     def from_cross_spectra(
@@ -164,7 +179,7 @@ class CorrelatedDisturbance:
         return between
 
 
-@dataclass(frozen=True, eq=False, init=False)
+@dataclass(frozen=True, init=False)
 class Tone:
     """A sinusoid on one input, as of a pump or an unbalance.
 

@@ -17,7 +17,7 @@ from ibsdyn.axes import Array
 from ibsdyn.errors import AnalysisError
 from ibsdyn.frequency_response import FrequencyResponse
 from ibsdyn.quasi_static import QuasiStaticMotion
-from ibsdyn.signals import BaseMotion, Input, Sensor, Stroke, checked_inputs, checked_outputs
+from ibsdyn.signals import BaseMotion, CombinedSensor, Input, Output, Sensor, Stroke, checked_inputs, checked_outputs
 
 if TYPE_CHECKING:
     from ibsdyn.linear_system import LinearSystem
@@ -38,7 +38,7 @@ CHUNK_BYTES = 64e6
 def harmonic_response(
     system: LinearSystem,
     inputs: Input | Sequence[Input],
-    outputs: Sensor | Sequence[Sensor],
+    outputs: Output | Sequence[Output],
     frequencies: Sequence[float] | Array,
     hysteretic: bool,
 ) -> FrequencyResponse:
@@ -108,7 +108,7 @@ def modal_response(
 
 
 def carried_response(
-    system: LinearSystem, inputs: Sequence[Input], outputs: Sequence[Sensor], frequencies: Array
+    system: LinearSystem, inputs: Sequence[Input], outputs: Sequence[Output], frequencies: Array
 ) -> Complex:
     """Return what outputs see of a base that carries everything along quasi-statically, (n_out, n_in, n_freq)."""
     rows, base_rows = (np.array(part) for part in zip(*(system.sensor(o) for o in outputs), strict=True))
@@ -174,8 +174,8 @@ def _driving(
     return powers, base
 
 
-def _order(signal: Input | Sensor) -> int:
-    return signal.order if isinstance(signal, (BaseMotion, Sensor)) else 0
+def _order(signal: Input | Output) -> int:
+    return signal.order if isinstance(signal, (BaseMotion, Sensor, CombinedSensor)) else 0
 
 
 def _refuse_infinite(response: Complex, hertz: Array, rigid: np.ndarray) -> None:

@@ -21,7 +21,7 @@ from ibsdyn.locks import eliminate_locks
 from ibsdyn.modes import Modes, undamped_modes
 from ibsdyn.quasi_static import QuasiStaticMotion, quasi_static_motion
 from ibsdyn.reduction_trust import reduction_errors, warn_of_frequencies_beyond, warn_of_modes_beyond
-from ibsdyn.signals import Input, Sensor, base_column, load_column, sensor_row
+from ibsdyn.signals import Input, Output, base_column, load_column, sensor_row
 from ibsdyn.state_space import StateSpace, state_space
 
 # How far Exudyn's K may be from the components' own: rounding, and in a floating frame numerical differentiation.
@@ -114,7 +114,7 @@ class LinearSystem:
     def frf(
         self,
         inputs: Input | Sequence[Input],
-        outputs: Sensor | Sequence[Sensor],
+        outputs: Output | Sequence[Output],
         frequencies: Sequence[float] | Array,
         hysteretic: bool = False,
     ) -> FrequencyResponse:
@@ -123,7 +123,7 @@ class LinearSystem:
         Parameters
         ----------
         inputs : Force, Torque, Stroke, BaseMotion; one or several.
-        outputs : Sensor, one or several; absolute motion unless the sensor has ``relative_to``.
+        outputs : Sensor or CombinedSensor, one or several; absolute motion unless the sensor has ``relative_to``.
         frequencies : (n_freq,) [Hz].
         hysteretic : use the complex stiffness K_j (1 + 2 i zeta_j) of each part in place of the viscous matrix of
             the damping ratios; explicit dampers stay.
@@ -146,7 +146,7 @@ class LinearSystem:
         return response
 
     @known_keywords
-    def to_state_space(self, inputs: Input | Sequence[Input], outputs: Sensor | Sequence[Sensor]) -> StateSpace:
+    def to_state_space(self, inputs: Input | Sequence[Input], outputs: Output | Sequence[Output]) -> StateSpace:
         """Return A, B, C, D of the same inputs and outputs, for python-control, scipy and MATLAB.
 
         Raises
@@ -184,7 +184,7 @@ class LinearSystem:
         """Return how the bodies follow a base that moves infinitely slowly."""
         return self._quasi_static
 
-    def sensor(self, sensor: Sensor) -> tuple[Array, Array]:
+    def sensor(self, sensor: Output) -> tuple[Array, Array]:
         """Return a sensor's displacement row over the free (n,) and the base coordinates (n_base,)."""
         row = sensor_row(sensor, self._assembly) @ self._to_full
         n = len(self.coordinates)

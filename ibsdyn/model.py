@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-import warnings
+import os
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, TypeVar
@@ -25,20 +25,21 @@ from ibsdyn.components import (
     scalar_stiffness,
     stiffness_values,
 )
+from ibsdyn.disturbances import AnyDisturbance, checked_disturbances
 from ibsdyn.engine import FlexibleMapping
-from ibsdyn.errors import ModelError, ModelWarning, UnknownNameError, known_keywords, nearest
+from ibsdyn.errors import ModelError, UnknownNameError, known_keywords, nearest, warn_user
 from ibsdyn.linear_system import LinearSystem, linearize
 from ibsdyn.model_check import HIGH_ZETA, findings, high_zeta_words, signal_findings
 from ibsdyn.model_table import component_table
 from ibsdyn.parameters import changed_components, model_parameters
-from ibsdyn.registered import Disturbance, Registered, Requirement, RequirementResult
 from ibsdyn.replacement import replaced_connections
-from ibsdyn.signals import Input, Sensor, checked_inputs, checked_outputs
+from ibsdyn.requirement import Requirement, RequirementResult
+from ibsdyn.signals import Input, Output, checked_inputs, checked_outputs
 from ibsdyn.simulation import Excitations, simulate
 from ibsdyn.time_record import TimeRecord
 from ibsdyn.validation import checked_names, number, point, valid_name
 
-_Entry = TypeVar("_Entry", bound=Registered)
+_Entry = TypeVar("_Entry", Input, Output, AnyDisturbance, Requirement)
 
 
 class Model:
@@ -67,8 +68,8 @@ class Model:
         self._items: dict[str, Item] = {}
         self._connections: dict[str, Connection] = {}
         self._inputs: dict[str, Input] = {}
-        self._sensors: dict[str, Sensor] = {}
-        self._disturbances: dict[str, Disturbance] = {}
+        self._sensors: dict[str, Output] = {}
+        self._disturbances: dict[str, AnyDisturbance] = {}
         self._requirements: dict[str, Requirement] = {}
 
     # -- what is in it
@@ -89,12 +90,12 @@ class Model:
         return MappingProxyType(self._inputs)
 
     @property
-    def sensors(self) -> Mapping[str, Sensor]:
+    def sensors(self) -> Mapping[str, Output]:
         """Sensors by name, in the order in which they were added."""
         return MappingProxyType(self._sensors)
 
     @property
-    def disturbances(self) -> Mapping[str, Disturbance]:
+    def disturbances(self) -> Mapping[str, AnyDisturbance]:
         """Disturbances by name, in the order in which they were added."""
         return MappingProxyType(self._disturbances)
 
@@ -132,6 +133,69 @@ class Model:
         )
 
     __hash__ = None  # type: ignore[assignment]  # how Python says that what can change has no hash
+
+    # -- as a file
+
+    @classmethod
+    @known_keywords
+    def from_toml(cls, path: str | os.PathLike[str], allow_outside: bool = False) -> Model:
+        """Read a model file.
+
+        Parameters
+        ----------
+        path : of the TOML file; docs/model_file.md says what can stand in it.
+        allow_outside : let its paths lead out of its folder; only for files that you trust.
+
+        Raises
+        ------
+        MissingFileError : it is not there.
+        ModelFileError : what is wrong with it; the message has file, table and key.
+        """
+        from ibsdyn.model_files import read_model  # here: the reader needs this class
+
+        return read_model(path, allow_outside)
+
+    @known_keywords
+    def to_toml(self, path: str | os.PathLike[str]) -> None:
+        """Write the model as a file that ``from_toml`` reads back to an equal model, whole or not at all.
+
+        Parameters
+        ----------
+        path : of the TOML file. Flexible bodies are written beside it as .npz, named by their content.
+
+        Raises
+        ------
+        ModelFileError : the file cannot be written, or a requirement has a quantity of the user's own.
+        """
+        from ibsdyn.model_files import write_model  # here: the writer needs this class
+
+        write_model(self, path)
+
+    @known_keywords
+    def add_table(self, path: str | os.PathLike[str], kind: str | None = None) -> None:
+        """Add the components of a CSV file or spreadsheet: a row each, columns by name, units in brackets.
+
+        Parameters
+        ----------
+        path : .csv (or other text with commas, semicolons or tabs), or .xlsx with all its sheets;
+            docs/model_file.md lists the columns.
+        kind : "fixation", "rigid_body", "flexible_body" or "connection", where neither a column ``kind`` nor the
+            name of the sheet says it; by default told by the columns.
+
+        Raises
+        ------
+        MissingFileError : it is not there.
+        ModelFileError : what is wrong in which line; the model stays as it was.
+        ExtraMissingError : a spreadsheet, and openpyxl is not installed.
+
+        Warns
+        -----
+        ModelWarning : a text that is not UTF-8.
+        """
+        from ibsdyn.model_files.component_tables import with_table  # here: the reader needs this class
+
+        grown = with_table(self, path, kind)
+        self._items, self._connections = grown._items, grown._connections
 
     # -- components
 
@@ -307,12 +371,12 @@ class Model:
         return self._register(self._inputs, checked)
 
     @known_keywords
-    def add_sensor(self, sensor: Sensor) -> Sensor:
+    def add_sensor(self, sensor: Output) -> Output:
         """Register a sensor under its name, for the model file, budgets and reports.
 
         Parameters
         ----------
-        sensor : that its item exists is checked when it is used, and by ``check()``.
+        sensor : Sensor or CombinedSensor; that its item exists is checked when it is used, and by ``check()``.
 
         Raises
         ------
@@ -322,20 +386,19 @@ class Model:
         return self._register(self._sensors, checked)
 
     @known_keywords
-    def add_disturbance(self, disturbance: Disturbance) -> Disturbance:
+    def add_disturbance(self, disturbance: AnyDisturbance) -> AnyDisturbance:
         """Register a disturbance under its name, for the model file, budgets and reports.
 
         Parameters
         ----------
-        disturbance : an ``ibs.Disturbance``.
+        disturbance : Disturbance, CorrelatedDisturbance or Tone.
 
         Raises
         ------
         ModelError : no disturbance, or a name that is taken.
         """
-        if not isinstance(disturbance, Disturbance):
-            raise ModelError(f"add_disturbance takes an ibs.Disturbance, got {disturbance!r}.")
-        return self._register(self._disturbances, disturbance)
+        (checked,) = checked_disturbances(disturbance)
+        return self._register(self._disturbances, checked)
 
     @known_keywords
     def add_requirement(self, requirement: Requirement) -> Requirement:
@@ -433,11 +496,7 @@ class Model:
         _warn_zeta(body.zeta, f"flexible body {name!r}")
         for part in named:
             if self._connections[part].damping is not None:
-                warnings.warn(
-                    f"{what}: the explicit damping of connection {part!r} goes with it; give zeta= for the part.",
-                    ModelWarning,
-                    stacklevel=3,
-                )
+                warn_user(f"{what}: the explicit damping of connection {part!r} goes with it; give zeta= for the part.")
         # Nothing has been touched so far; from here nothing can fail.
         items: dict[str, Item] = {}
         for key, item in self._items.items():
@@ -476,7 +535,7 @@ class Model:
         """Return in words what looks wrong or is worth knowing; raises nothing, empty if all is well."""
         found = findings(self.axis, self._items, self._connections)
         if any(not isinstance(item, Fixation) for item in self._items.values()):
-            found += signal_findings(self.assembly(), self._inputs, self._sensors)
+            found += signal_findings(self.assembly(), self._inputs, self._sensors, self._disturbances)
         return found
 
     def check_requirements(self) -> tuple[RequirementResult, ...]:
@@ -512,7 +571,7 @@ class Model:
     def simulate(
         self,
         excitations: Excitations,
-        sensors: Sensor | Sequence[Sensor],
+        sensors: Output | Sequence[Output],
         duration: float | None = None,
         sample_rate: float | None = None,
         start: str | None = None,
@@ -666,8 +725,4 @@ def _body(address: str) -> str:
 
 def _warn_zeta(zeta: float, what: str) -> None:
     if zeta > HIGH_ZETA:
-        warnings.warn(
-            f"{what}: {high_zeta_words(zeta)}",
-            ModelWarning,
-            stacklevel=4,
-        )
+        warn_user(f"{what}: {high_zeta_words(zeta)}")

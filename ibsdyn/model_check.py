@@ -11,10 +11,11 @@ from numpy.typing import ArrayLike
 from ibsdyn.assembly import Assembly, reference_point
 from ibsdyn.axes import DIRECTIONS, INERTIA_NAMES, Array
 from ibsdyn.components import Connection, Fixation, FlexibleBody, Inertia1D, Item, RigidBody
+from ibsdyn.disturbances import AnyDisturbance, Tone
 from ibsdyn.elastic_parts import elastic_parts, free_motions
 from ibsdyn.errors import ModelError
 from ibsdyn.locks import Elimination, eliminate_locks
-from ibsdyn.signals import BaseMotion, Input, Sensor, base_column, load_column, sensor_row
+from ibsdyn.signals import BaseMotion, Input, Output, base_column, load_column, sensor_row
 from ibsdyn.validation import in_words
 
 # Bounds between which a precision machine lives; what is outside was probably typed in another unit.
@@ -47,12 +48,18 @@ def findings(axis: str | None, items: Mapping[str, Item], connections: Mapping[s
     ]
 
 
-def signal_findings(assembly: Assembly, inputs: Mapping[str, Input], sensors: Mapping[str, Sensor]) -> list[str]:
-    """Return in words which registered inputs and sensors the model cannot use."""
+def signal_findings(
+    assembly: Assembly,
+    inputs: Mapping[str, Input],
+    sensors: Mapping[str, Output],
+    disturbances: Mapping[str, AnyDisturbance],
+) -> list[str]:
+    """Return in words which inputs, sensors and disturbances the model cannot use."""
     found = []
-    for signal in (*inputs.values(), *sensors.values()):
+    driven = [s for d in disturbances.values() for s in ((d.input,) if isinstance(d, Tone) else d.inputs)]
+    for signal in dict.fromkeys((*inputs.values(), *sensors.values(), *driven)):
         try:
-            if isinstance(signal, Sensor):
+            if isinstance(signal, Output):
                 sensor_row(signal, assembly)
             elif isinstance(signal, BaseMotion):
                 base_column(signal, assembly)

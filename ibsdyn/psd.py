@@ -190,6 +190,20 @@ class PSD:
             hertz, values = hertz[1:], values[1:]
         return cls(hertz, values, unit, file.stem if title is None else title)
 
+    def __eq__(self, other: object) -> bool:
+        """Tell whether another PSD has the same points, unit and title, to the last digit."""
+        if not isinstance(other, PSD):
+            return NotImplemented
+        return (
+            (self.unit, self.title) == (other.unit, other.title)
+            and np.array_equal(self.frequencies, other.frequencies)
+            and np.array_equal(self.values, other.values)
+        )
+
+    def __hash__(self) -> int:
+        """Return a hash that agrees with equality."""
+        return hash((self.unit, self.title, self.frequencies.tobytes()))
+
     def __repr__(self) -> str:
         """Name the title, the band and the RMS."""
         lower, upper = self.band

@@ -16,7 +16,7 @@ from ibsdyn.disturbances import AnyDisturbance, checked_disturbances
 from ibsdyn.errors import AnalysisError, ModelError, known_keywords
 from ibsdyn.frequency_response import unit_ratio
 from ibsdyn.resonance_grid import checked_band, poles, resonance_grid
-from ibsdyn.signals import Input, Sensor, checked_inputs, checked_outputs
+from ibsdyn.signals import Input, Output, checked_inputs, checked_outputs
 from ibsdyn.validation import in_words, number
 
 if TYPE_CHECKING:
@@ -113,7 +113,7 @@ class ResponseAt:
     Parameters
     ----------
     input : Force, Torque or BaseMotion.
-    output : Sensor.
+    output : Sensor or CombinedSensor.
     frequency : [Hz]; 0 where the response has a limit there, as a compliance or a transmissibility.
     name : how results call it.
 
@@ -123,12 +123,12 @@ class ResponseAt:
     """
 
     input: Input
-    output: Sensor
+    output: Output
     frequency: float
     name: str
 
     @known_keywords
-    def __init__(self, input: Input, output: Sensor, frequency: float, name: str | None = None) -> None:
+    def __init__(self, input: Input, output: Output, frequency: float, name: str | None = None) -> None:
         (source,), (sensor,) = checked_inputs(input), checked_outputs(output)
         hertz = number(frequency, "ResponseAt: frequency", "Hz", minimum=0.0)
         default = f"{sensor.name} / {source.name} at {hertz:g} Hz"
@@ -161,7 +161,7 @@ class PeakResponse:
     Parameters
     ----------
     input : Force, Torque or BaseMotion.
-    output : Sensor.
+    output : Sensor or CombinedSensor.
     band : (lower, upper) [Hz], lower above 0.
     name : how results call it.
 
@@ -177,12 +177,12 @@ class PeakResponse:
     """
 
     input: Input
-    output: Sensor
+    output: Output
     band: tuple[float, float]
     name: str
 
     @known_keywords
-    def __init__(self, input: Input, output: Sensor, band: Sequence[float], name: str | None = None) -> None:
+    def __init__(self, input: Input, output: Output, band: Sequence[float], name: str | None = None) -> None:
         (source,), (sensor,) = checked_inputs(input), checked_outputs(output)
         lower, upper = checked_band(band)
         default = f"peak of {sensor.name} / {source.name}, {lower:g} to {upper:g} Hz"
@@ -220,13 +220,13 @@ class PeakResponse:
         return frequency, highest
 
 
-@dataclass(frozen=True, eq=False, init=False)
+@dataclass(frozen=True, init=False)
 class RmsResponse:
     """The RMS (one sigma) of an output under disturbances.
 
     Parameters
     ----------
-    output : Sensor.
+    output : Sensor or CombinedSensor.
     disturbances : Disturbance, CorrelatedDisturbance, Tone; one or several, which add in power.
     band : (lower, upper) over which power is counted [Hz]; all that the disturbances reach if None.
     name : how results call it.
@@ -237,7 +237,7 @@ class RmsResponse:
     AnalysisError : a band that is none.
     """
 
-    output: Sensor
+    output: Output
     disturbances: tuple[AnyDisturbance, ...]
     band: tuple[float, float] | None
     name: str
@@ -245,7 +245,7 @@ class RmsResponse:
     @known_keywords
     def __init__(
         self,
-        output: Sensor,
+        output: Output,
         disturbances: AnyDisturbance | Sequence[AnyDisturbance],
         band: Sequence[float] | None = None,
         name: str | None = None,
@@ -267,7 +267,7 @@ class RmsResponse:
         return float(vibration_budget(system, self.output, self.disturbances, self.band).rms[0])
 
 
-def _magnitude(system: LinearSystem, source: Input, sensor: Sensor, frequencies: Array) -> Array:
+def _magnitude(system: LinearSystem, source: Input, sensor: Output, frequencies: Array) -> Array:
     magnitude: Array = system.frf(source, sensor, frequencies).magnitude[0, 0]
     return magnitude
 

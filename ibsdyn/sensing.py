@@ -12,10 +12,21 @@ from ibsdyn.components import FlexibleBody
 from ibsdyn.engine import FlexibleMapping
 from ibsdyn.floating_frame import FloatingFrame
 from ibsdyn.kinematics import FrameMotion, euler_parameter_frame, linear_frame, tait_bryan_frame
-from ibsdyn.signals import Sensor
+from ibsdyn.signals import Output, Sensor
 
 # Samples that are turned into motions at a time: rotation matrices of a long run would fill the memory.
 CHUNK = 50_000
+
+
+def parts_of(outputs: Sequence[Output]) -> tuple[tuple[Sensor, ...], Array]:
+    """Return the sensors that outputs are made of, and the (n_outputs, n_sensors) weights of their signals."""
+    sums = [((1.0, out),) if isinstance(out, Sensor) else out.parts for out in outputs]
+    sensors = tuple(dict.fromkeys(sensor for parts in sums for _, sensor in parts))
+    weights = np.zeros((len(outputs), len(sensors)))
+    for row, parts in enumerate(sums):
+        for weight, sensor in parts:
+            weights[row, sensors.index(sensor)] += weight
+    return sensors, weights
 
 
 def recorded_items(sensors: Sequence[Sensor], assembly: Assembly, flexible: FlexibleMapping) -> list[str]:

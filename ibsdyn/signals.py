@@ -12,9 +12,11 @@ from ibsdyn.assembly import Assembly, Joint
 from ibsdyn.axes import DIRECTIONS, Array, is_rotation, rotate_six
 from ibsdyn.components import Fixation, Point
 from ibsdyn.errors import ModelError, UnknownNameError, known_keywords, nearest
-from ibsdyn.validation import numbers_of, point
+from ibsdyn.validation import number, numbers_of, point
 
 QUANTITIES = ("displacement", "velocity", "acceleration")
+# A vector that has been divided by its length has length 1 within this.
+UNIT_ROUNDING = 1e-15
 _PER_TIME = ("", "/s", "/s²")
 
 Direction = str | Sequence[float]
@@ -241,7 +243,53 @@ class Sensor(_Motion):
         _set(self, "name", _name(name, f"{self._where()}{_place(self.position)} {self.quantity}{relative}"))
 
 
+@dataclass(frozen=True, init=False)
+class CombinedSensor:
+    """A weighted sum of sensors, as the tilt out of two displacements or the motion of a reflected beam.
+
+    Parameters
+    ----------
+    name : how results call it.
+    parts : (weight, Sensor) pairs; their sensors measure one quantity ("displacement", ...).
+    unit : of the sum.
+
+    Raises
+    ------
+    ModelError : no parts, something that is no sensor, quantities that differ.
+    """
+
+    name: str
+    parts: tuple[tuple[float, Sensor], ...]
+    unit: str
+
+    @known_keywords
+    def __init__(self, name: str, parts: Sequence[tuple[float, Sensor]], unit: str) -> None:
+        checked = _name(name, "combined sensor") if name else _name("", "combined sensor")
+        what = f"combined sensor {checked!r}"
+        pairs = []
+        for part in parts:
+            if not isinstance(part, (tuple, list)) or len(part) != 2 or not isinstance(part[1], Sensor):
+                raise ModelError(f"{what}: parts must be (weight, Sensor) pairs, got {part!r}.")
+            pairs.append((number(part[0], f"{what}: weight", ""), part[1]))
+        quantities = sorted({sensor.quantity for _, sensor in pairs})
+        if len(quantities) != 1:
+            raise ModelError(f"{what}: parts must measure one quantity, got {', '.join(quantities) or 'no parts'}.")
+        for field, value in {"name": checked, "parts": tuple(pairs), "unit": unit}.items():
+            object.__setattr__(self, field, value)  # frozen: this is its constructor
+
+    @property
+    def quantity(self) -> str:
+        """What its parts measure."""
+        return self.parts[0][1].quantity
+
+    @property
+    def order(self) -> int:
+        """How many times the displacement is differentiated."""
+        return self.parts[0][1].order
+
+
 Input = Force | Torque | Stroke | BaseMotion
+Output = Sensor | CombinedSensor
 
 
 def load_column(signal: Force | Torque | Stroke, assembly: Assembly) -> Array:
@@ -301,7 +349,7 @@ def base_column(signal: BaseMotion, assembly: Assembly) -> Array:
     return column
 
 
-def sensor_row(sensor: Sensor, assembly: Assembly) -> Array:
+def sensor_row(sensor: Output, assembly: Assembly) -> Array:
     """Return the (N,) row that gives a sensor's displacement.
 
     Raises
@@ -309,6 +357,9 @@ def sensor_row(sensor: Sensor, assembly: Assembly) -> Array:
     UnknownNameError : an item is not in the model.
     ModelError : it looks off the axis of a 1-D model.
     """
+    if isinstance(sensor, CombinedSensor):
+        combined: Array = np.sum([weight * sensor_row(part, assembly) for weight, part in sensor.parts], axis=0)
+        return combined
     what = sensor.name
     assembly.address(sensor.item, what)
     direction = direction_row(sensor, assembly)
@@ -340,7 +391,7 @@ def checked_inputs(inputs: object) -> tuple[Input, ...]:
     return tuple(item for item in listed if isinstance(item, (Force, Torque, Stroke, BaseMotion)))
 
 
-def checked_outputs(outputs: object) -> tuple[Sensor, ...]:
+def checked_outputs(outputs: object) -> tuple[Output, ...]:
     """Return outputs as a tuple; a single one is taken as a list of one.
 
     Raises
@@ -349,11 +400,11 @@ def checked_outputs(outputs: object) -> tuple[Sensor, ...]:
     """
     listed = _listed(outputs)
     for item in listed:
-        if not isinstance(item, Sensor):
+        if not isinstance(item, (Sensor, CombinedSensor)):
             raise ModelError(f"outputs must be Sensor, got {item!r}.")
     if not listed:
         raise ModelError("outputs are empty; give at least one Sensor.")
-    return tuple(item for item in listed if isinstance(item, Sensor))
+    return tuple(item for item in listed if isinstance(item, (Sensor, CombinedSensor)))
 
 
 def _listed(value: object) -> list[object]:
@@ -417,7 +468,9 @@ def _direction(value: Direction, what: str, known: tuple[str, ...], hint: str) -
     length = float(np.linalg.norm(vector))
     if not np.isfinite(length) or length == 0.0:
         raise ModelError(f"{what}: direction must be a finite vector that is not zero, got {value!r}.")
-    x, y, z = (float(v) for v in vector / length)
+    if abs(length - 1.0) > UNIT_ROUNDING:  # what has length 1 stays as it is, to the last digit
+        vector = vector / length
+    x, y, z = (float(v) for v in vector)
     return x, y, z
 
 

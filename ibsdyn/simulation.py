@@ -21,8 +21,8 @@ from ibsdyn.generalized_alpha import frequency_error, longest_step
 from ibsdyn.linear_system import LinearSystem, linearize
 from ibsdyn.multisine import common_period
 from ibsdyn.prescribed_motion import displacement_table
-from ibsdyn.sensing import recorded_items, sensor_signals
-from ibsdyn.signals import BaseMotion, Input, Sensor, checked_inputs, checked_outputs
+from ibsdyn.sensing import parts_of, recorded_items, sensor_signals
+from ibsdyn.signals import BaseMotion, Input, Output, checked_inputs, checked_outputs
 from ibsdyn.start_state import at_rest, steady_state
 from ibsdyn.time_record import TimeRecord
 from ibsdyn.validation import point
@@ -52,7 +52,7 @@ class _Task:
 
     inputs: tuple[Input, ...]
     excitations: tuple[Excitation, ...]
-    sensors: tuple[Sensor, ...]
+    outputs: tuple[Output, ...]
     sample_rate: float
     n_samples: int
     period: int | None
@@ -62,7 +62,7 @@ def simulate(
     assembly: Assembly,
     title: str,
     excitations: Excitations,
-    sensors: Sensor | Sequence[Sensor],
+    sensors: Output | Sequence[Output],
     duration: float | None,
     sample_rate: float | None,
     start: str | None,
@@ -79,8 +79,9 @@ def simulate(
     _refuse_what_cannot_run(assembly, system, pull)
     bases = {i: system.base_motion(s) for i, s in enumerate(task.inputs) if isinstance(s, BaseMotion)}
     loads = {i: system.load(s) for i, s in enumerate(task.inputs) if not isinstance(s, BaseMotion)}
-    for sensor in task.sensors:
+    for sensor in task.outputs:
         system.sensor(sensor)  # refuses what the model does not have
+    sensors_read, weights = parts_of(task.outputs)
     begin = _start(start, task)
     steps = _steps_per_sample(system, task, steps_per_sample)
     step = 1.0 / (task.sample_rate * steps)
@@ -103,7 +104,7 @@ def simulate(
         damping=system.modal_damping(),
         gravity=pull,
         drives=drives,
-        recorded=recorded_items(task.sensors, assembly, flexible),
+        recorded=recorded_items(sensors_read, assembly, flexible),
     )
     tolerance = _tolerance(system, loads, bases, tables, step, pull)
     with _bar(title, steps * (task.n_samples - 1), progress) as bar:
@@ -115,9 +116,9 @@ def simulate(
             tolerance,
             lambda made: bar.update(made - bar.n),
         )
-    responses = sensor_signals(task.sensors, coordinates, assembly, flexible)
+    responses = weights @ sensor_signals(sensors_read, coordinates, assembly, flexible)
     driven = [_over(e.samples, task.n_samples) for e in task.excitations]
-    signals: tuple[Input | Sensor, ...] = (*task.inputs, *task.sensors)
+    signals: tuple[Input | Output, ...] = (*task.inputs, *task.outputs)
     return TimeRecord(
         np.vstack([*driven, responses]),
         [signal.name for signal in signals],
@@ -130,7 +131,7 @@ def simulate(
 
 def _task(
     excitations: Excitations,
-    sensors: Sensor | Sequence[Sensor],
+    sensors: Output | Sequence[Output],
     duration: float | None,
     sample_rate: float | None,
 ) -> _Task:

@@ -11,7 +11,7 @@ import scipy.linalg
 
 from ibsdyn.axes import Array
 from ibsdyn.errors import AnalysisError
-from ibsdyn.signals import QUANTITIES, BaseMotion, Input, Sensor, checked_inputs, checked_outputs
+from ibsdyn.signals import QUANTITIES, BaseMotion, Input, Output, checked_inputs, checked_outputs
 
 if TYPE_CHECKING:
     from ibsdyn.linear_system import LinearSystem
@@ -44,7 +44,7 @@ class StateSpace:
 
 
 def state_space(
-    system: LinearSystem, inputs: Input | Sequence[Input], outputs: Sensor | Sequence[Sensor]
+    system: LinearSystem, inputs: Input | Sequence[Input], outputs: Output | Sequence[Output]
 ) -> StateSpace:
     """Return a system's state space; see ``LinearSystem.to_state_space``.
 
@@ -138,7 +138,7 @@ class _BaseLevels:
 
 
 def _output(
-    sensor: Sensor,
+    sensor: Output,
     free: Array,
     direct: Array,
     X: Array,

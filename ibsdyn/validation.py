@@ -14,6 +14,8 @@ from ibsdyn.errors import ModelError
 
 # Axes typed with four digits (0.7071) miss orthonormality by 2e-5; a mistyped one misses by far more.
 AXES_TOLERANCE = 1e-4
+# Below this axes are orthonormal to rounding and stay as they are, so that reading what was written changes nothing.
+ORTHONORMAL = 1e-14
 
 
 def valid_name(name: object, what: str) -> str:
@@ -113,6 +115,8 @@ def rotation_matrix(value: object, what: str) -> tuple[tuple[float, float, float
         )
     if np.linalg.det(matrix) < 0:
         raise ModelError(f"{what} must be right-handed (x cross y = z); swap or flip one column of it.")
+    if error < ORTHONORMAL:
+        return as_rows(matrix)
     left, _, right = np.linalg.svd(matrix)
     return as_rows(left @ right)
 

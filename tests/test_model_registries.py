@@ -1,7 +1,5 @@
 """Inputs, sensors, disturbances and requirements that a model keeps by name."""
 
-from dataclasses import dataclass
-
 import numpy as np
 import pytest
 
@@ -16,21 +14,6 @@ def model():
     made.rigid_body("block", mass=2.0)
     made.connection("spring", "wall", "block", stiffness=800.0, zeta=0.01)
     return made
-
-
-@dataclass(frozen=True)
-class FirstFrequency:
-    name: str
-    limit: float
-
-    def check(self, system):
-        return FirstFrequencyResult(self.name, bool(system.modes().frequencies[0] >= self.limit))
-
-
-@dataclass(frozen=True)
-class FirstFrequencyResult:
-    name: str
-    met: bool
 
 
 def test_they_are_kept_by_name_and_in_order(model):
@@ -68,7 +51,7 @@ def test_the_wrong_kind_is_refused(model):
         model.add_input(ibs.Sensor("block", "x"))
     with pytest.raises(ibs.ModelError, match="outputs must be Sensor"):
         model.add_sensor(ibs.Force("block", "x"))
-    with pytest.raises(ibs.ModelError, match=r"takes an ibs\.Disturbance, got 3"):
+    with pytest.raises(ibs.ModelError, match=r"must be Disturbance, Corr.* got 3"):
         model.add_disturbance(3)
     with pytest.raises(ibs.ModelError, match=r"takes an ibs\.Requirement, got 'stiff'"):
         model.add_requirement("stiff")
@@ -85,15 +68,18 @@ def test_remove_finds_them_and_answers_with_the_nearest(model):
 def test_check_names_signals_that_the_model_cannot_use(model):
     model.add_sensor(ibs.Sensor("blok", "x", name="Y1"))
     model.add_input(ibs.BaseMotion("block", "x", name="shake"))
+    push = ibs.Force("blokc", "x")
+    model.add_disturbance(ibs.Disturbance("noise", push, ibs.PSD.white(1.0, (1.0, 10.0), "N")))
     found = model.check()
-    assert any("Did you mean 'block'" in words for words in found)
+    assert sum("Did you mean 'block'" in words for words in found) == 2
     assert any("'block' is not a fixation" in words for words in found)
 
 
 def test_requirements_are_checked_on_the_linear_system(model):
     assert model.check_requirements() == ()
-    model.add_requirement(FirstFrequency("fast enough", 3.0))  # sqrt(800 / 2) / 2 pi = 3.18 Hz
-    model.add_requirement(FirstFrequency("too fast", 3.3))
+    first = ibs.ModeFrequency(1)  # sqrt(800 / 2) / 2 pi = 3.183 Hz
+    model.add_requirement(ibs.Requirement("fast enough", first, limit=3.18, sense=">="))
+    model.add_requirement(ibs.Requirement("faster", first, limit=3.19, sense=">="))
     assert [result.met for result in model.check_requirements()] == [True, False]
 
 
