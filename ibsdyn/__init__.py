@@ -56,6 +56,7 @@ from ibsdyn.requirement import Requirement, RequirementResult
 from ibsdyn.sampling import Samples, Tolerance, full_factorial, latin_hypercube, monte_carlo, one_at_a_time, variants
 from ibsdyn.sensitivity import response_sensitivities, sensitivities
 from ibsdyn.sensitivity_results import ResponseSensitivities, Sensitivities
+from ibsdyn.shock import ShockSpectrum, half_sine, shock_response_spectrum, transient_response
 from ibsdyn.signals import BaseMotion, CombinedSensor, Force, Sensor, Stroke, Torque
 from ibsdyn.sizing import (
     StiffnessShares,
@@ -130,6 +131,7 @@ __all__ = [
     "Samples",
     "Sensitivities",
     "Sensor",
+    "ShockSpectrum",
     "SimulationError",
     "SimulationWarning",
     "StateSpace",
@@ -159,6 +161,7 @@ __all__ = [
     "floor_vibration",
     "full_factorial",
     "guide_shortening",
+    "half_sine",
     "latin_hypercube",
     "launch_vibration",
     "leaf_spring",
@@ -176,7 +179,9 @@ __all__ = [
     "required_stiffness",
     "response_sensitivities",
     "sensitivities",
+    "shock_response_spectrum",
     "swept_sine",
+    "transient_response",
     "variants",
     "vibration_budget",
     "write_record",
