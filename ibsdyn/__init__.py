@@ -12,6 +12,8 @@ from ibsdyn.errors import (
     ExcitationError,
     ExpressionError,
     ExtraMissingError,
+    HistoryError,
+    HistoryWarning,
     IbsdynError,
     MissingFileError,
     MissingRecordError,
@@ -20,6 +22,7 @@ from ibsdyn.errors import (
     ModelWarning,
     RecordError,
     RecordWarning,
+    ReportError,
     SimulationError,
     SimulationWarning,
     StudyError,
@@ -38,6 +41,7 @@ from ibsdyn.flexures import (
     parallel_guide,
 )
 from ibsdyn.frequency_response import FrequencyResponse
+from ibsdyn.history import Difference, History, Revision
 from ibsdyn.identification import DetectionLines, FrfEstimate, estimate_frf
 from ibsdyn.linear_system import LinearSystem
 from ibsdyn.mirror_optics import BeamPath, FlatMirror
@@ -52,6 +56,7 @@ from ibsdyn.quantities import ModeDamping, ModeFrequency, PeakResponse, Quantity
 from ibsdyn.records.channel_table import Channel
 from ibsdyn.records.read import read_record
 from ibsdyn.records.write import write_record
+from ibsdyn.report import report
 from ibsdyn.requirement import Requirement, RequirementResult
 from ibsdyn.sampling import Samples, Tolerance, full_factorial, latin_hypercube, monte_carlo, one_at_a_time, variants
 from ibsdyn.sensitivity import response_sensitivities, sensitivities
@@ -85,6 +90,7 @@ __all__ = [
     "CorrelatedDisturbance",
     "CrossCheck",
     "DetectionLines",
+    "Difference",
     "Disturbance",
     "EngineError",
     "Excitation",
@@ -99,6 +105,9 @@ __all__ = [
     "Force",
     "FrequencyResponse",
     "FrfEstimate",
+    "History",
+    "HistoryError",
+    "HistoryWarning",
     "IbsdynError",
     "Inertia1D",
     "LinearSystem",
@@ -121,10 +130,12 @@ __all__ = [
     "Quantity",
     "RecordError",
     "RecordWarning",
+    "ReportError",
     "Requirement",
     "RequirementResult",
     "ResponseAt",
     "ResponseSensitivities",
+    "Revision",
     "RigidBody",
     "RmsResponse",
     "Run",
@@ -175,6 +186,7 @@ __all__ = [
     "parallel_guide",
     "random_noise",
     "read_record",
+    "report",
     "required_frequency",
     "required_stiffness",
     "response_sensitivities",

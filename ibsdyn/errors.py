@@ -77,6 +77,18 @@ class RecordWarning(UserWarning):
     """A suspicious record that is used all the same."""
 
 
+class HistoryError(IbsdynError, ValueError):
+    """A history file that is none or cannot be read, or an entry that it cannot take."""
+
+
+class HistoryWarning(UserWarning):
+    """A revision that is recorded with something missing."""
+
+
+class ReportError(IbsdynError, ValueError):
+    """A report that cannot be made as it was asked for."""
+
+
 class SimulationWarning(UserWarning):
     """A run in time that is made all the same, though its result may mislead."""
 

@@ -10,6 +10,7 @@ import numpy as np
 from ibsdyn.assembly import Assembly
 from ibsdyn.axes import Array
 from ibsdyn.components import FlexibleBody, RigidBody
+from ibsdyn.picture import BOX_EDGES, BOX_FACES, box_corners, point_rows
 
 if TYPE_CHECKING:
     from mpl_toolkits.mplot3d import Axes3D
@@ -18,9 +19,6 @@ if TYPE_CHECKING:
 
 # The largest motion is drawn as this share of the model's size.
 DRAWN_SHARE = 0.12
-# Faces of a box whose corners are numbered in binary, x slowest.
-_BOX = np.array([(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)])
-_BOX_EDGES = np.array([(a, b) for a in range(8) for b in range(a, 8) if bin(a ^ b).count("1") == 1])
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,8 +68,8 @@ def _drawn(assembly: Assembly, shape: Array) -> list[_Drawn]:
     drawn = []
     for item in assembly.bodies:
         if isinstance(item, RigidBody):
-            corners = _box_of(item)
-            drawn.append(_Drawn(item.name, corners, _motion(assembly, item.name, corners, shape), _BOX, _BOX_EDGES))
+            corners = box_corners(item)
+            drawn.append(_Drawn(item.name, corners, _motion(assembly, item.name, corners, shape), BOX_FACES, BOX_EDGES))
         elif isinstance(item, FlexibleBody):
             drawn.append(_flexible(assembly, item, shape))
     for joint in assembly.joints:
@@ -98,17 +96,7 @@ def _flexible(assembly: Assembly, body: FlexibleBody, shape: Array) -> _Drawn:
 
 
 def _motion(assembly: Assembly, item: str, points: Array, shape: Array) -> Array:
-    return np.array([(assembly.motion(item, point) @ shape)[:3] for point in points])
-
-
-def _box_of(body: RigidBody) -> Array:
-    """Return the eight corners [m] of the homogeneous box with the body's mass and inertia."""
-    moments, axes = np.linalg.eigh(body.inertia_tensor)
-    squares = 6.0 / body.mass * (moments.sum() - 2.0 * moments)
-    half = 0.5 * np.sqrt(squares.clip(0.0))
-    signs = np.array([[i >> 2 & 1, i >> 1 & 1, i & 1] for i in range(8)]) * 2 - 1
-    corners: Array = np.array(body.cog) + (signs * half) @ axes.T
-    return corners
+    return (point_rows(assembly, item, points) @ shape).reshape(-1, 3)
 
 
 def _draw(axes: Axes3D, part: _Drawn, scale: float, colour: str) -> None:
@@ -120,7 +108,7 @@ def _draw(axes: Axes3D, part: _Drawn, scale: float, colour: str) -> None:
         from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
         # A mesh is seen as the part it is; the box stands for any shape with its inertia, so one looks through it.
-        opacity = 0.3 if part.faces is _BOX else 1.0
+        opacity = 0.3 if part.faces is BOX_FACES else 1.0
         faces = Poly3DCollection(moved[part.faces], facecolors=colour, linewidths=0, alpha=opacity, shade=True)
         axes.add_collection3d(faces)
 

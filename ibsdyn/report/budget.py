@@ -1,0 +1,87 @@
+"""The vibration budget: what shakes, what moves, what it comes from."""
+
+from __future__ import annotations
+
+from html import escape
+from typing import Any
+
+import numpy as np
+
+from ibsdyn.budget import VibrationBudget, vibration_budget
+from ibsdyn.errors import IbsdynError
+from ibsdyn.linear_system import LinearSystem
+from ibsdyn.model import Model
+from ibsdyn.report.html import ZOOM, Cell, number, paragraph, table, with_unit
+from ibsdyn.report.packing import packed
+
+# Shares of power below this are not told.
+SHOWN_SHARE = 0.005
+# Points of a curve.
+MOST_LINES = 2500
+
+
+def budget_of(model: Model, system: LinearSystem) -> tuple[VibrationBudget | None, str]:
+    """Return the budget of all sensors under all disturbances, or None and why there is none."""
+    if not model.disturbances:
+        return None, ""
+    if not model.sensors:
+        return None, "The model has disturbances but no sensors; model.add_sensor(ibs.Sensor(...)) says what they move."
+    try:
+        disturbances: list[Any] = list(model.disturbances.values())
+        return vibration_budget(system, list(model.sensors.values()), disturbances), ""
+    except IbsdynError as error:
+        return None, f"There is no budget: {error}"
+
+
+def budget_section(budget: VibrationBudget | None, words: str) -> str:
+    """Return RMS and contributions of each sensor, and the places of the charts."""
+    if budget is None:
+        return paragraph(words, "remark")
+    low, high = budget.band
+    html = [
+        paragraph(f"RMS (one sigma) of each sensor from {number(low)} to {number(high)} Hz, and what it comes from.")
+    ]
+    rows: list[list[Cell]] = []
+    for row, (name, unit) in enumerate(zip(budget.outputs, budget.units, strict=True)):
+        shares = [", ".join(_largest(budget.shares(by, row))) for by in ("source", "mode", "part")]
+        rows.append([name, with_unit(float(budget.rms[row]), unit), *shares])
+    head = [("sensor", "name"), ("RMS", "number"), ("by source", ""), ("by mode", ""), ("by part", "")]
+    html.append(table(head, rows))
+    for row, name in enumerate(budget.outputs):
+        html.append(f'<h3>{escape(name)}</h3><div id="budget-{row}"></div>')
+    html.append(paragraph(ZOOM, "remark instruction"))
+    return "\n".join(html)
+
+
+def _largest(shares: dict[str, float]) -> list[str]:
+    return [f"{name} {100 * share:.3g} %" for name, share in list(shares.items())[:3] if abs(share) >= SHOWN_SHARE]
+
+
+def budget_data(budget: VibrationBudget) -> list[dict[str, Any]]:
+    """Return PSDs and cumulative RMS by source, as the page draws them."""
+    step = max(1, len(budget.frequencies) // MOST_LINES)
+    chosen = np.unique(np.r_[np.arange(0, len(budget.frequencies), step), len(budget.frequencies) - 1])
+    found = []
+    for row, (name, unit) in enumerate(zip(budget.outputs, budget.units, strict=True)):
+        curves = [("all sources", budget.psd[row], budget.cumulative_power[row], True)]
+        if len(budget.sources) > 1:
+            for place, source in enumerate(budget.sources):
+                curves.append((source, budget.source_psd[row, place], budget.source_cumulative[row, place], False))
+        found.append(
+            {
+                "name": name,
+                "unit": unit,
+                "psdUnit": f"({unit})²/Hz",
+                "x": packed(budget.frequencies[chosen], "f4"),
+                "curves": [
+                    {
+                        "label": label,
+                        "total": total,
+                        "psd": packed(psd[chosen], "f4"),
+                        "cumulative": packed(np.sqrt(np.maximum(power[chosen], 0.0)), "f4"),
+                    }
+                    for label, psd, power, total in curves
+                ],
+            }
+        )
+    return found
