@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import os
-import tempfile
 import zipfile
 import zlib
 from dataclasses import fields
@@ -20,6 +19,7 @@ from fem_import.inertia_integrals import InertiaIntegrals
 from fem_import.interfaces import TIES, check_interface_name
 from fem_import.names import NamedItems
 from fem_import.reduced_body import InterfaceFrame, ReducedBody, SensorPoint
+from fem_import.whole_file import whole_file
 
 _FORMAT = "fem_import.ReducedBody"
 _VERSION = 2
@@ -41,23 +41,16 @@ _DISPLAY = tuple(item.name for item in fields(DisplayMesh))
 
 
 def write_body(body: ReducedBody, path: str | os.PathLike[str], with_basis: bool = False) -> None:
-    """Write to a temporary file in the same folder, then put it in place: no half-written file can stay."""
+    """Write whole or not at all: no half-written file can stay."""
     arrays = _arrays(body, with_basis)
     header = {
         "format": np.array(_FORMAT),
         "version": np.array(_VERSION),
         "checksum": np.array(_checksum(arrays)),
     }
-    target = Path(path)
-    handle, temporary = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            # mypy: savez declares its allow_pickle keyword, which no array of ours is named.
-            np.savez(stream, **header, **arrays)  # type: ignore[arg-type]
-        os.replace(temporary, target)
-    except BaseException:
-        os.unlink(temporary)
-        raise
+    with whole_file(Path(path)) as temporary, temporary.open("wb") as stream:
+        # mypy: savez declares its allow_pickle keyword, which no array of ours is named.
+        np.savez(stream, **header, **arrays)  # type: ignore[arg-type]
 
 
 def body_checksum(body: ReducedBody) -> str:

@@ -15,6 +15,7 @@ from ibsdyn.errors import (
     HistoryError,
     HistoryWarning,
     IbsdynError,
+    InterchangeError,
     MissingFileError,
     MissingRecordError,
     ModelError,
@@ -43,6 +44,7 @@ from ibsdyn.flexures import (
 from ibsdyn.frequency_response import FrequencyResponse
 from ibsdyn.history import Difference, History, Revision
 from ibsdyn.identification import DetectionLines, FrfEstimate, estimate_frf
+from ibsdyn.interchange import read_frf, write_frf, write_matrices, write_modes
 from ibsdyn.linear_system import LinearSystem
 from ibsdyn.mirror_optics import BeamPath, FlatMirror
 from ibsdyn.modal_estimation import ModalEstimate, estimate_modes
@@ -110,6 +112,7 @@ __all__ = [
     "HistoryWarning",
     "IbsdynError",
     "Inertia1D",
+    "InterchangeError",
     "LinearSystem",
     "MissingFileError",
     "MissingRecordError",
@@ -185,6 +188,7 @@ __all__ = [
     "orthogonal_multisines",
     "parallel_guide",
     "random_noise",
+    "read_frf",
     "read_record",
     "report",
     "required_frequency",
@@ -196,5 +200,8 @@ __all__ = [
     "transient_response",
     "variants",
     "vibration_budget",
+    "write_frf",
+    "write_matrices",
+    "write_modes",
     "write_record",
 ]

@@ -18,13 +18,15 @@ from ibsdyn.axes import STIFFNESS_NAMES, Array
 from ibsdyn.components import FlexibleBody
 from ibsdyn.disturbances import AnyDisturbance, Tone, checked_disturbances
 from ibsdyn.errors import AnalysisError, UnknownNameError, known_keywords, nearest
-from ibsdyn.harmonic import carried_response, modal_response
+from ibsdyn.harmonic import carried_response, harmonic_response, modal_response
 from ibsdyn.psd import require_band_overlap
 from ibsdyn.reduction_trust import warn_of_frequencies_beyond
 from ibsdyn.resonance_grid import LEAST_RATIO, ResonanceGrid, checked_band, poles, resonance_grid
 from ibsdyn.signals import Input, Output, checked_outputs
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from ibsdyn.linear_system import LinearSystem
 
 Complex = NDArray[np.complexfloating]
@@ -38,7 +40,7 @@ UNDAMPED_SHARE = 1e-6
 SHOWN = 5e-4
 CARRIED = "carried by the base"
 RIGID = "rigid-body motion"
-KINDS = ("source", "mode", "part")
+KINDS = ("source", "mode", "component", "part")
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,8 +94,9 @@ class VibrationBudget:
 
         Parameters
         ----------
-        by : "source", "mode" or "part". Parts are the directions of connections ("mount.kxx"), flexible bodies, and
-            besides them what the base carries along and rigid-body motions.
+        by : "source", "mode", "component" or "part". Components are connections and flexible bodies, parts the
+            directions of connections ("mount.kxx"); beside them stand what the base carries along and rigid-body
+            motions.
         output : name or number (from 0).
         source : count the power of this source only.
 
@@ -118,8 +121,11 @@ class VibrationBudget:
             powers = dict(zip(self.sources, self.source_power[row], strict=True))
             powers = powers if source is None else {source: powers[source]}
         else:
-            named = self._mode_power if by == "mode" else self._part_power
-            powers = {name: float(power[row, columns].sum()) for name, power in named.items()}
+            powers = {}
+            for name, power in (self._mode_power if by == "mode" else self._part_power).items():
+                # A component's name has no dot, the direction of a connection follows after one.
+                label = name.split(".")[0] if by == "component" else name
+                powers[label] = powers.get(label, 0.0) + float(power[row, columns].sum())
         total = float(self.source_power[row, columns].sum())
         shares = {name: float(power) / total if total else 0.0 for name, power in powers.items()}
         return dict(sorted(shares.items(), key=lambda item: -abs(item[1])))
@@ -156,6 +162,26 @@ class VibrationBudget:
         else:
             limits = {} if limit is None else {row: float(limit) for row in range(len(self.outputs))}
         return plot_budget(self, limits, axes)
+
+    def plot_shares(self, by: str = "part", output: str | int = 0, most: int = 10, axes: Axes | None = None) -> Axes:
+        """Draw the largest shares of an output's power as bars.
+
+        Parameters
+        ----------
+        by : as in ``shares``.
+        output : name or number (from 0).
+        most : how many bars.
+        axes : where to draw; a new figure if None.
+
+        Returns
+        -------
+        The matplotlib Axes drawn on.
+        """
+        from ibsdyn.plotting.budget import plot_shares
+
+        row = self._output(output)
+        title = f"{self.outputs[row]}: {self.rms[row]:.3g} {self.units[row]} RMS (1σ), share of the power by {by}"
+        return plot_shares(self.shares(by, row), title, most, axes)
 
     def _output(self, output: str | int) -> int:
         if isinstance(output, int) and -len(self.outputs) <= output < len(self.outputs):
@@ -227,6 +253,30 @@ def vibration_budget(
         _mode_power=modes,
         _part_power=_part_powers(system, seen, modal, carried),
     )
+
+
+def response_power(
+    system: LinearSystem, output: Output, disturbances: Sequence[AnyDisturbance], band: Sequence[float] | None = None
+) -> float:
+    """Return the mean square of one output, without what it comes from: studies ask for it thousands of times."""
+    grid, limits = power_grid(system, disturbances, band)
+    if len(_undamped(system, grid, hysteretic=False)):
+        return float(vibration_budget(system, output, disturbances, band).power[0])
+    warn_of_frequencies_beyond(system._assembly, grid.frequencies)
+    total = 0.0
+    for cause in disturbances:
+        if isinstance(cause, Tone):
+            if limits[0] <= cause.frequency <= limits[1]:
+                response = harmonic_response(system, cause.input, output, [cause.frequency], False).response
+                total += float(np.abs(response[0, 0, 0]) ** 2) * cause.amplitude**2 / 2
+            continue
+        step = max(1, int(CHUNK_BYTES / (16 * len(system.coordinates))))
+        for start in range(0, len(grid.frequencies), step):
+            hertz, weights = grid.frequencies[start : start + step], grid.weights[start : start + step]
+            (row,) = harmonic_response(system, cause.inputs, output, hertz, False).response
+            spectra = cause.cross_spectra(hertz) * weights
+            total += float(np.einsum("if,ikf,kf->", row, spectra, row.conj(), optimize=True).real)
+    return max(total, 0.0)
 
 
 def power_grid(
@@ -365,14 +415,19 @@ def _row_labels(system: LinearSystem) -> dict[str, list[str]]:
     return labels
 
 
+def _undamped(system: LinearSystem, grid: ResonanceGrid, hysteretic: bool) -> Array:
+    """Return the frequencies of undamped poles within a grid [Hz]."""
+    found = poles(system, hysteretic)
+    undamped = found[(np.abs(found.imag) < LEAST_RATIO * found.real) & (found.real > 0)].real
+    inside: Array = undamped[(undamped >= grid.edges[0]) & (undamped <= grid.edges[-1])]
+    return inside
+
+
 def _refuse_undamped(
     system: LinearSystem, modes: Mapping[str, Array], source_power: Array, grid: ResonanceGrid, hysteretic: bool
 ) -> None:
     """Refuse an undamped mode that takes part: the integral over its resonance is infinite, the grid's sum is not."""
-    found = poles(system, hysteretic)
-    undamped = found[(np.abs(found.imag) < LEAST_RATIO * found.real) & (found.real > 0)].real
-    undamped = undamped[(undamped >= grid.edges[0]) & (undamped <= grid.edges[-1])]
-    for frequency in undamped:
+    for frequency in _undamped(system, grid, hysteretic):
         # Undamped poles of systems that have damping elsewhere still lie at the frequency of an undamped mode.
         number = int(np.argmin(np.abs(system._modal[0] / (2 * np.pi) - frequency)))
         label, power = list(modes.items())[number]

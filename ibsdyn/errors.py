@@ -41,6 +41,10 @@ class MissingFileError(ModelFileError, FileNotFoundError):
     """A file that is needed and not there."""
 
 
+class InterchangeError(IbsdynError, ValueError):
+    """A file of results that cannot be read or written."""
+
+
 class AnalysisError(IbsdynError, ValueError):
     """An analysis that is asked for something that has no answer."""
 

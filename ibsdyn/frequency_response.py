@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -97,6 +97,18 @@ class FrequencyResponse:
 
     def _at(self, kept: NDArray[np.bool_]) -> Self:
         return replace(self, frequencies=self.frequencies[kept], response=self.response[..., kept])
+
+    def to_xarray(self) -> Any:
+        """Return a complex xarray.DataArray over output, input, frequency (extra ``xarray``)."""
+        from ibsdyn.interchange.views import frf_to_xarray
+
+        return frf_to_xarray(self)
+
+    def to_dataframe(self) -> Any:
+        """Return a complex pandas.DataFrame: frequencies [Hz] down, (output, input) across (extra ``pandas``)."""
+        from ibsdyn.interchange.views import frf_to_dataframe
+
+        return frf_to_dataframe(self)
 
     def plot(self, axes: Sequence[Axes] | np.ndarray | None = None, label: str | None = None) -> np.ndarray:
         """Draw magnitude and phase over frequency, a pair of Axes for each output and input.

@@ -1,4 +1,7 @@
-"""Where points of a body are and how they move, from the coordinates of its frame over time; rotations of any size."""
+"""Where points of a body are and how they move, from the coordinates of its frame over time; rotations of any size.
+
+Every array begins with the order of differentiation: 0 alone, 0 and 1, or 0 to 2, as many as are wanted.
+"""
 
 from __future__ import annotations
 
@@ -27,15 +30,16 @@ class FrameMotion:
 
     Attributes
     ----------
-    displacement : (3, n, 3) of the origin from its undeformed position, its velocity, its acceleration; global axes.
-    turn : (3, n, 3, 3) the rotation matrix minus the identity, and the rotation matrix's derivatives.
+    displacement : (orders, n, 3) of the origin from its undeformed position, its velocity, its acceleration; global
+        axes.
+    turn : (orders, n, 3, 3) the rotation matrix minus the identity, and the rotation matrix's derivatives.
     """
 
     displacement: Array
     turn: Array
 
     def point(self, lever: Array) -> Array:
-        """Return (3, n, 3) displacement, velocity and acceleration of a point that moves with the frame.
+        """Return (orders, n, 3) displacement, velocity and acceleration of a point that moves with the frame.
 
         Parameters
         ----------
@@ -45,11 +49,11 @@ class FrameMotion:
         return moved
 
     def rotation(self) -> Array:
-        """Return (3, n, 3) rotation vector (below half a turn), angular velocity, angular acceleration; global axes."""
+        """Return (orders, n, 3) rotation vector (below half a turn), angular velocity and acceleration; global axes."""
         whole = self.turn[0] + np.eye(3)
         vector = Rotation.from_matrix(whole).as_rotvec()
         transposed = np.swapaxes(whole, 1, 2)
-        return np.stack([vector, _axial(self.turn[1] @ transposed), _axial(self.turn[2] @ transposed)])
+        return np.stack([vector, *(_axial(rate @ transposed) for rate in self.turn[1:])])
 
     def carried(self, offset: Array, motion: Array) -> FrameMotion:
         """Return the motion of a frame that moves a little in this one.
@@ -57,7 +61,7 @@ class FrameMotion:
         Parameters
         ----------
         offset : (3,) of its origin in this frame, undeformed [m].
-        motion : (3, n, 6) its small displacement and rotation in this frame, their first and second derivatives.
+        motion : (orders, n, 6) its small displacement and rotation in this frame, their first and second derivatives.
         """
         small = np.zeros((*motion.shape[:2], 3, 3))
         small[..., [2, 0, 1], [1, 2, 0]] = motion[..., 3:]
@@ -77,7 +81,7 @@ def tait_bryan_frame(coordinates: Array) -> FrameMotion:
 
     Parameters
     ----------
-    coordinates : (3, n, 6) and their first and second derivatives.
+    coordinates : (orders, n, 6) and their first and second derivatives.
     """
     rotations = [_about(axis, coordinates[:, :, 3 + axis]) for axis in range(3)]
     whole = _product(_product(rotations[0], rotations[1]), rotations[2])
@@ -90,7 +94,7 @@ def euler_parameter_frame(coordinates: Array) -> FrameMotion:
 
     Parameters
     ----------
-    coordinates : (3, n, 7) and their first and second derivatives.
+    coordinates : (orders, n, 7) and their first and second derivatives.
     """
     e = coordinates[:, :, 3:].copy()
     small = e[0].copy()
@@ -102,15 +106,13 @@ def euler_parameter_frame(coordinates: Array) -> FrameMotion:
 
     identity = np.array([1.0, 0.0, 0.0, 0.0])
     unit = np.broadcast_to(identity, small.shape)
-    turn = np.stack(
-        [
-            # R(1 + d) - R(1), so that small rotations keep their digits
-            2 * form(unit, small) + form(small, small),
-            2 * form(e[0], e[1]),
-            2 * form(e[1], e[1]) + 2 * form(e[0], e[2]),
-        ]
-    )
-    return FrameMotion(coordinates[:, :, :3], turn)
+    # R(1 + d) - R(1), so that small rotations keep their digits
+    turn = [2 * form(unit, small) + form(small, small)]
+    if len(e) > 1:
+        turn.append(2 * form(e[0], e[1]))
+    if len(e) > 2:
+        turn.append(2 * form(e[1], e[1]) + 2 * form(e[0], e[2]))
+    return FrameMotion(coordinates[:, :, :3], np.stack(turn))
 
 
 def linear_frame(motion: Array) -> FrameMotion:
@@ -118,28 +120,35 @@ def linear_frame(motion: Array) -> FrameMotion:
 
     Parameters
     ----------
-    motion : (3, n, 6) displacement and rotation vector, and their first and second derivatives.
+    motion : (orders, n, 6) displacement and rotation vector, and their first and second derivatives.
     """
     still = FrameMotion(np.zeros((*motion.shape[:2], 3)), np.zeros((*motion.shape[:2], 3, 3)))
     return still.carried(np.zeros(3), motion)
 
 
 def _about(axis: int, angle: Array) -> Array:
-    """Return (3, n, 3, 3) the rotation about a global axis and its derivatives from (3, n) angle and its."""
+    """Return (orders, n, 3, 3) the rotation about a global axis and its derivatives from (orders, n) angle and its."""
     generator = skew(np.eye(3)[axis])
     square = generator @ generator
     sine, cosine = np.sin(angle[0])[:, None, None], np.cos(angle[0])[:, None, None]
-    rate, change = angle[1][:, None, None], angle[2][:, None, None]
-    first = cosine * generator + sine * square
-    second = -sine * generator + cosine * square
-    return np.stack(
-        [np.eye(3) + sine * generator + (1 - cosine) * square, rate * first, change * first + rate**2 * second]
-    )
+    turned = [np.eye(3) + sine * generator + (1 - cosine) * square]
+    slope = cosine * generator + sine * square
+    if len(angle) > 1:
+        rate = angle[1][:, None, None]
+        turned.append(rate * slope)
+    if len(angle) > 2:
+        turned.append(angle[2][:, None, None] * slope + rate**2 * (cosine * square - sine * generator))
+    return np.stack(turned)
 
 
 def _product(a: Array, b: Array) -> Array:
-    """Return (3, ...) a product of matrices and its derivatives from those of its factors."""
-    return np.stack([a[0] @ b[0], a[1] @ b[0] + a[0] @ b[1], a[2] @ b[0] + 2 * (a[1] @ b[1]) + a[0] @ b[2]])
+    """Return (orders, ...) a product of matrices and its derivatives from those of its factors."""
+    product = [a[0] @ b[0]]
+    if len(a) > 1:
+        product.append(a[1] @ b[0] + a[0] @ b[1])
+    if len(a) > 2:
+        product.append(a[2] @ b[0] + 2 * (a[1] @ b[1]) + a[0] @ b[2])
+    return np.stack(product)
 
 
 def _axial(matrix: Array) -> Array:

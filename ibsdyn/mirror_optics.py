@@ -64,6 +64,7 @@ class BeamPath:
     length : from the last mirror to the detector [m].
     up : (3,) the detector's first axis u, made perpendicular to the beam; the global axis most across the beam if None.
         The second is v = beam x u.
+    source, detector : items that the beam's source and the detector move with; they stand still if None.
 
     Raises
     ------
@@ -73,9 +74,10 @@ class BeamPath:
     ----------
     points : (n_mirrors + 2, 3) origin, points of incidence, detector [m].
     u, v : (3,) axes of the detector.
-    angle : {item: (2, 6)} turn of the final beam towards u and v per motion x, y, z [rad/m], rx, ry, rz [rad/rad] of
-        the item at its point of incidence.
-    displacement : {item: (2, 6)} shift of the beam on the detector along u and v, the same way [m/m], [m/rad].
+    angle : {element: (2, 6)} turn of the final beam towards u and v as the detector sees it, per motion x, y, z
+        [rad/m], rx, ry, rz [rad/rad] of the element at its point on the beam. Elements are called as the mirrors' items
+        (a second one "mirror (2)"), "source" and "detector".
+    displacement : {element: (2, 6)} shift of the beam on the detector along u and v, the same way [m/m], [m/rad].
     """
 
     mirrors: tuple[FlatMirror, ...]
@@ -84,7 +86,7 @@ class BeamPath:
     v: Array
     angle: Mapping[str, Array]
     displacement: Mapping[str, Array]
-    _incidence: Mapping[str, Array]
+    _elements: Mapping[str, tuple[str, Point]]
 
     @known_keywords
     def __init__(
@@ -94,50 +96,57 @@ class BeamPath:
         mirrors: FlatMirror | Sequence[FlatMirror],
         length: float,
         up: Sequence[float] | None = None,
+        source: str | None = None,
+        detector: str | None = None,
     ) -> None:
         listed = [mirrors] if isinstance(mirrors, FlatMirror) else list(mirrors)
         if not listed or not all(isinstance(mirror, FlatMirror) for mirror in listed):
             raise ModelError(f"beam path: mirrors must be ibs.FlatMirror, one at least, got {mirrors!r}.")
-        items = [mirror.item for mirror in listed]
-        for item in items:
-            if items.count(item) > 1:
-                raise ModelError(
-                    f"beam path: two mirrors move with {item!r}; give each its own path and add their sensors."
-                )
         at, d = np.array(point(origin, "beam path: origin")), np.array(_unit(direction, "beam path: direction"))
         reach = number(length, "beam path: length", "m", minimum=0.0)
         points = [at]
+        elements: dict[str, tuple[str, Point]] = {}
+        # How the beam moves sideways where it is, and how it turns, per motion of each element.
         shifts: dict[str, Array] = {}
         turns: dict[str, Array] = {}
-        incidence: dict[str, Array] = {}
+        if source is not None:
+            elements["source"] = (source, _as_point(at))
+            shifts["source"] = np.hstack([np.eye(3), np.zeros((3, 3))])
+            turns["source"] = np.hstack([np.zeros((3, 3)), -skew(d)])
         for mirror in listed:
             n = np.array(mirror.normal)
             distance = _distance(at, d, mirror)
             at = at + distance * d
             reflect = np.eye(3) - 2 * np.outer(n, n)
             along = np.outer(d, n) / (n @ d)  # what moves the surface moves the point of incidence along the beam
-            for item in shifts:
-                shifts[item] = (np.eye(3) - along) @ (shifts[item] + distance * turns[item])
-                turns[item] = reflect @ turns[item]
-            turned_normal = -skew(n)  # theta x n
-            shifts[mirror.item] = np.hstack([along, np.zeros((3, 3))])
-            own = -2 * (np.outer(n, d) + (n @ d) * np.eye(3)) @ turned_normal
-            turns[mirror.item] = np.hstack([np.zeros((3, 3)), own])
-            incidence[mirror.item] = at
+            for earlier in shifts:
+                shifts[earlier] = (np.eye(3) - along) @ (shifts[earlier] + distance * turns[earlier])
+                turns[earlier] = reflect @ turns[earlier]
+            label = _label(mirror.item, elements)
+            elements[label] = (mirror.item, _as_point(at))
+            shifts[label] = np.hstack([along, np.zeros((3, 3))])
+            normal_turn = -skew(n)  # theta x n
+            turns[label] = np.hstack([np.zeros((3, 3)), -2 * (np.outer(n, d) + (n @ d) * np.eye(3)) @ normal_turn])
             d = reflect @ d
             points.append(at)
         points.append(at + reach * d)
         u = _across(d, up)
         v = np.cross(d, u)
         axes = np.vstack([u, v])
+        angle = {label: axes @ turn for label, turn in turns.items()}
+        displacement = {label: axes @ (shifts[label] + reach * turns[label]) for label in shifts}
+        if detector is not None:
+            elements["detector"] = (detector, _as_point(points[-1]))
+            displacement["detector"] = np.hstack([-axes, np.zeros((2, 3))])
+            angle["detector"] = np.hstack([np.zeros((2, 3)), np.vstack([-v, u])])  # -(theta x d) along u and v
         fields = {
             "mirrors": tuple(listed),
             "points": np.array(points),
             "u": u,
             "v": v,
-            "angle": MappingProxyType({item: axes @ turn for item, turn in turns.items()}),
-            "displacement": MappingProxyType({item: axes @ (shifts[item] + reach * turns[item]) for item in shifts}),
-            "_incidence": MappingProxyType(incidence),
+            "angle": MappingProxyType(angle),
+            "displacement": MappingProxyType(displacement),
+            "_elements": MappingProxyType(elements),
         }
         for field, value in fields.items():
             object.__setattr__(self, field, value)  # frozen: this is its constructor
@@ -164,8 +173,8 @@ class BeamPath:
         table = self.angle if what == "angle" else self.displacement
         row = ("u", "v").index(axis)
         parts = [
-            (float(weight), Sensor(item, direction, tuple(self._incidence[item]), quantity))
-            for item, sensitivity in table.items()
+            (float(weight), Sensor(*self._sensed(label, direction), quantity))
+            for label, sensitivity in table.items()
             for direction, weight in zip(DIRECTIONS, sensitivity[row], strict=True)
             if abs(weight) > ROUNDING * np.abs(sensitivity).max()
         ]
@@ -175,21 +184,25 @@ class BeamPath:
         unit = ("rad" if what == "angle" else "m") + per_time[quantity]
         return CombinedSensor(f"beam {what} {axis}" if name is None else name, parts, unit)
 
+    def _sensed(self, label: str, direction: str) -> tuple[str, str, Point]:
+        item, place = self._elements[label]
+        return item, direction, place
+
     def __str__(self) -> str:
         """Return the path and the sensitivities in words."""
-        lines = [" -> ".join(f"({', '.join(f'{x:.4g}' for x in p)})" for p in self.points) + " m"]
+        lines = [" -> ".join(f"({', '.join(f'{round(x, 9) + 0.0:.4g}' for x in p)})" for p in self.points) + " m"]
         for title, table, units in (
             ("beam angle", self.angle, ("rad/m", "rad/rad")),
             ("beam displacement", self.displacement, ("m/m", "m/rad")),
         ):
-            for item, sensitivity in table.items():
+            for label, sensitivity in table.items():
                 for axis, row in zip("uv", sensitivity, strict=True):
                     shown = [
                         f"{weight:+.4g} {direction} [{units[k >= 3]}]"
                         for k, (direction, weight) in enumerate(zip(DIRECTIONS, row, strict=True))
                         if abs(weight) > ROUNDING * np.abs(sensitivity).max()
                     ]
-                    lines.append(f"{title} {axis} per motion of {item}: {', '.join(shown) or 'none'}")
+                    lines.append(f"{title} {axis} per motion of {label}: {', '.join(shown) or 'none'}")
         return "\n".join(lines)
 
 
@@ -205,6 +218,19 @@ def _distance(at: Array, d: Array, mirror: FlatMirror) -> float:
             f"beam path: the beam runs away from the mirror on {mirror.item!r}, which lies {-distance:.4g} m behind it."
         )
     return distance
+
+
+def _label(item: str, known: Mapping[str, object]) -> str:
+    count = 2
+    label = item
+    while label in known:
+        label, count = f"{item} ({count})", count + 1
+    return label
+
+
+def _as_point(place: Array) -> Point:
+    x, y, z = (float(c) for c in place)
+    return x, y, z
 
 
 def _across(d: Array, up: Sequence[float] | None) -> Array:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy.linalg
@@ -66,6 +66,12 @@ class Modes:
         if len(self) > shown:
             lines.append(f"      ... {len(self) - shown} more, up to {self.frequencies[-1]:.4g} Hz")
         return "\n".join(lines)
+
+    def to_dataframe(self) -> Any:
+        """Return a pandas.DataFrame of frequencies, damping ratios and energy shares (extra ``pandas``)."""
+        from ibsdyn.interchange.views import modes_to_dataframe
+
+        return modes_to_dataframe(self)
 
     def plot(self, modes: int = 10, axes: Axes | None = None) -> Axes:
         """Draw the shares of strain energy of the first elastic modes as stacked bars.

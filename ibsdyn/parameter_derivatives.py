@@ -21,7 +21,7 @@ from ibsdyn.components import Connection, FlexibleBody
 from ibsdyn.elastic_parts import part_rows
 from ibsdyn.errors import AnalysisError
 from ibsdyn.parameters import Parameter
-from ibsdyn.signals import Force, Sensor, Stroke, Torque, load_column, sensor_row
+from ibsdyn.signals import Force, Output, Stroke, Torque, load_column, sensor_row
 
 if TYPE_CHECKING:
     from ibsdyn.linear_system import LinearSystem
@@ -113,7 +113,7 @@ class MotionBasis:
         seen: Array = self.vectors[:n, :n].T @ forces
         return seen
 
-    def sensor_row(self, sensor: Sensor) -> Array:
+    def sensor_row(self, sensor: Output) -> Array:
         """Return a sensor's (N,) row over all coordinates."""
         return sensor_row(sensor, self.assembly)
 

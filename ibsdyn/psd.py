@@ -273,7 +273,13 @@ class PSD:
 
     @known_keywords
     def scaled(self, factor: float, title: str | None = None) -> PSD:
-        """Return the PSD of the signal times ``factor``: its values grow with the factor's square."""
+        """Return the PSD of the signal times a factor: its values grow with the factor's square.
+
+        Parameters
+        ----------
+        factor : on the signal; 0.707 takes 3 dB off.
+        title : what it is; as before if None.
+        """
         gain = number(factor, f"{self.title}: factor", "", above=0.0)
         return PSD(self.frequencies, gain**2 * self.values, self.unit, self.title if title is None else title)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from numbers import Integral
@@ -11,7 +12,7 @@ import numpy as np
 import scipy.optimize
 
 from ibsdyn.axes import Array
-from ibsdyn.budget import vibration_budget
+from ibsdyn.budget import response_power
 from ibsdyn.disturbances import AnyDisturbance, checked_disturbances
 from ibsdyn.errors import AnalysisError, ModelError, known_keywords
 from ibsdyn.frequency_response import unit_ratio
@@ -264,7 +265,7 @@ class RmsResponse:
 
     def evaluate(self, system: LinearSystem) -> float:
         """Return the RMS; AnalysisError where an undamped mode makes it infinite."""
-        return float(vibration_budget(system, self.output, self.disturbances, self.band).rms[0])
+        return math.sqrt(response_power(system, self.output, self.disturbances, self.band))
 
 
 def _magnitude(system: LinearSystem, source: Input, sensor: Output, frequencies: Array) -> Array:

@@ -15,7 +15,7 @@ from ibsdyn.axes import Array
 from ibsdyn.mode_derivatives import ModeDerivatives
 from ibsdyn.parameter_derivatives import MatrixChange, MotionBasis, lever_derivative
 from ibsdyn.parameters import Parameter
-from ibsdyn.signals import BaseMotion, Force, Input, Sensor, Stroke, Torque, direction_row
+from ibsdyn.signals import BaseMotion, CombinedSensor, Force, Input, Output, Sensor, Stroke, Torque, direction_row
 
 Complex = NDArray[np.complex128]
 
@@ -37,7 +37,7 @@ class ResponseDerivatives:
         changes: Sequence[MatrixChange],
         modes: ModeDerivatives,
         inputs: Sequence[Input],
-        outputs: Sequence[Sensor],
+        outputs: Sequence[Output],
     ) -> None:
         self._basis = basis
         self._changes = changes
@@ -174,8 +174,8 @@ def _add(derivatives: Complex, residues: Array, dynamic: Complex) -> None:
     derivatives += (residues.reshape(-1, len(dynamic)) @ both).view(complex).reshape(derivatives.shape)
 
 
-def _order(signal: Input | Sensor) -> int:
-    return signal.order if isinstance(signal, (BaseMotion, Sensor)) else 0
+def _order(signal: Input | Output) -> int:
+    return signal.order if isinstance(signal, (BaseMotion, Sensor, CombinedSensor)) else 0
 
 
 def _moves_along(basis: MotionBasis, parameter: Parameter, item: str) -> bool:
@@ -183,7 +183,11 @@ def _moves_along(basis: MotionBasis, parameter: Parameter, item: str) -> bool:
     return parameter.kind == "place" and parameter.component == item and item in basis.assembly.items
 
 
-def _sensor_change(basis: MotionBasis, parameter: Parameter, sensor: Sensor) -> Array:
+def _sensor_change(basis: MotionBasis, parameter: Parameter, sensor: Output) -> Array:
+    if isinstance(sensor, CombinedSensor):
+        parts = [weight * _sensor_change(basis, parameter, part) for weight, part in sensor.parts]
+        combined: Array = np.sum(parts, axis=0)
+        return combined
     if sensor.position is not None or not _moves_along(basis, parameter, sensor.item):
         return np.zeros(basis.size)
     assembly = basis.assembly

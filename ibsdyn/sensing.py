@@ -29,10 +29,15 @@ def parts_of(outputs: Sequence[Output]) -> tuple[tuple[Sensor, ...], Array]:
     return sensors, weights
 
 
-def recorded_items(sensors: Sequence[Sensor], assembly: Assembly, flexible: FlexibleMapping) -> list[str]:
-    """Return the items whose coordinates the sensors need."""
-    seen = [name for sensor in sensors for name in (sensor.item, sensor.relative_to) if name is not None]
-    return list(dict.fromkeys(_holder(name, assembly, flexible) for name in seen))
+def recorded_items(sensors: Sequence[Sensor], assembly: Assembly, flexible: FlexibleMapping) -> dict[str, int]:
+    """Return the items whose coordinates the sensors need, and how often differentiated."""
+    needed: dict[str, int] = {}
+    for sensor in sensors:
+        for name in (sensor.item, sensor.relative_to):
+            if name is not None:
+                holder = _holder(name, assembly, flexible)
+                needed[holder] = max(needed.get(holder, 0), sensor.order)
+    return needed
 
 
 def sensor_signals(
@@ -42,7 +47,7 @@ def sensor_signals(
 
     Parameters
     ----------
-    coordinates : by recorded item (3, n_samples, n), as ``TimeIntegration.run`` returns them.
+    coordinates : by recorded item (orders, n_samples, n), as ``TimeIntegration.run`` returns them.
     """
     count = next(iter(coordinates.values())).shape[1]
     values = np.empty((len(sensors), count))

@@ -20,7 +20,7 @@ from ibsdyn.parameters import Parameter, chosen_parameters, model_parameters
 from ibsdyn.quantities import ModeDamping, ModeFrequency, PeakResponse, Quantity, ResponseAt, RmsResponse
 from ibsdyn.response_derivatives import ResponseDerivatives
 from ibsdyn.sensitivity_results import PLACE_STEP, RELATIVE_STEP, ResponseSensitivities, Sensitivities
-from ibsdyn.signals import Input, Sensor, checked_inputs, checked_outputs
+from ibsdyn.signals import Input, Output, checked_inputs, checked_outputs
 
 if TYPE_CHECKING:
     from ibsdyn.model import Model
@@ -60,7 +60,7 @@ class SystemDerivatives:
         """Derivatives of the modes."""
         return mode_derivatives(self.basis, self._changes)
 
-    def responses(self, inputs: Sequence[Input], outputs: Sequence[Sensor]) -> ResponseDerivatives:
+    def responses(self, inputs: Sequence[Input], outputs: Sequence[Output]) -> ResponseDerivatives:
         """Return what gives responses and their derivatives at any frequency."""
         return ResponseDerivatives(self.basis, self.parameters, self._changes, self.modes, inputs, outputs)
 
@@ -139,7 +139,7 @@ _GRADIENTS: Mapping[type, Callable[[SystemDerivatives, Quantity], Array]] = {
 }
 
 
-def _magnitude_gradient(derivatives: SystemDerivatives, source: Input, sensor: Sensor, frequency: float) -> Array:
+def _magnitude_gradient(derivatives: SystemDerivatives, source: Input, sensor: Output, frequency: float) -> Array:
     responses = derivatives.responses([source], [sensor])
     response, change = responses.at(np.array([frequency]))
     if not np.isfinite(response).all() or not np.isfinite(change).all():
@@ -225,7 +225,7 @@ def sensitivities(
 def response_sensitivities(
     model: Model,
     inputs: Input | Sequence[Input],
-    outputs: Sensor | Sequence[Sensor],
+    outputs: Output | Sequence[Output],
     frequencies: Sequence[float] | Array,
     parameters: Iterable[str] | None = None,
 ) -> ResponseSensitivities:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy.linalg
@@ -41,6 +41,12 @@ class StateSpace:
     outputs: tuple[str, ...]
     input_units: tuple[str, ...]
     output_units: tuple[str, ...]
+
+    def to_control(self) -> Any:
+        """Return a control.StateSpace of python-control with the same names (extra ``control``)."""
+        from ibsdyn.interchange.views import state_space_to_control
+
+        return state_space_to_control(self)
 
 
 def state_space(

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from numbers import Integral
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -134,6 +134,18 @@ class TimeRecord:
             names=tuple(self.names[row] for row in rows),
             units=tuple(self.units[row] for row in rows),
         )
+
+    def to_xarray(self) -> Any:
+        """Return an xarray.DataArray over channel and time (extra ``xarray``)."""
+        from ibsdyn.interchange.views import record_to_xarray
+
+        return record_to_xarray(self)
+
+    def to_dataframe(self) -> Any:
+        """Return a pandas.DataFrame: times [s] down, channels across (extra ``pandas``)."""
+        from ibsdyn.interchange.views import record_to_dataframe
+
+        return record_to_dataframe(self)
 
     def plot(self, axes: Sequence[Axes] | np.ndarray | None = None, label: str | None = None) -> np.ndarray:
         """Draw the channels over time, those of one unit in one panel.

@@ -1,6 +1,7 @@
 """Vibration of floors and of launchers as published spectra.
 
-Tables that could not be checked against a second public source are left out (ECSS-E-ST-10-03, launchers' manuals).
+Tables that could not be checked against a second public source are left out: ISO curves for buildings, ECSS-E-ST-10-03,
+launchers' manuals.
 """
 
 from __future__ import annotations

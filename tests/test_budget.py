@@ -1,13 +1,18 @@
 """Budgets against closed forms, a Monte Carlo in time, hand integration and hand decompositions."""
 
 import math
+from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import scipy.integrate
 import scipy.signal
+from analytic import RandomAssembly
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
+import fem_import as fi
 import ibsdyn as ibs
 from ibsdyn.resonance_grid import poles, resonance_grid
 
@@ -168,8 +173,11 @@ def test_shares_add_up_and_sources_add_in_power():
     air = ibs.Disturbance("air", ibs.Force("box", (0, 1, 1), position=(0.1, 0, 0.3)), ([1, 400], [1e-4, 1e-6]))
     fan = ibs.Tone("fan", ibs.Force("box", "y", position=(0, 0, 0.3)), amplitude=0.02, frequency=48.0)
     budget = ibs.vibration_budget(system, [TILT, TOP], [floor, air, fan])
+    for row, sensor in enumerate((TILT, TOP)):
+        alone = ibs.RmsResponse(sensor, [floor, air, fan], budget.band).evaluate(system)
+        assert alone == pytest.approx(budget.rms[row], rel=1e-12)
     for output in (0, "top"):
-        for by in ("source", "mode", "part"):
+        for by in ("source", "mode", "component", "part"):
             for source in (None, "floor", "air", "fan"):
                 assert sum(budget.shares(by, output, source).values()) == pytest.approx(1, abs=1e-8)
     alone = [ibs.vibration_budget(system, TOP, d, band=budget.band).power[0] for d in (floor, air, fan)]
@@ -285,6 +293,8 @@ def test_an_undamped_mode_is_refused_only_where_it_takes_part():
     inside = ibs.Disturbance("noise", ibs.Force("m", "x"), ibs.PSD.white(1.0, (1, 100), "N"))
     with pytest.raises(ibs.AnalysisError, match=r"mode 1 \(50 Hz\) has no damping"):
         ibs.vibration_budget(system, STRETCH, inside)
+    with pytest.raises(ibs.AnalysisError, match="the RMS is infinite"):
+        ibs.RmsResponse(STRETCH, inside).evaluate(system)
     below = ibs.Disturbance("noise", ibs.Force("m", "x"), ibs.PSD.white(1.0, (1, 20), "N"))
     f, w0 = np.linspace(1, 20, 4001), 2 * np.pi * 50
     expected = scipy.integrate.simpson(1 / (2.0 * (w0**2 - (2 * np.pi * f) ** 2)) ** 2, x=f)
@@ -295,7 +305,9 @@ def test_an_undamped_mode_is_refused_only_where_it_takes_part():
     for name, k, zeta in (("across", (0, 4e4, 0, 0, 0, 0), 0.0), ("along", (1e5, 0, 1e5, 10, 10, 10), 0.01)):
         model.connection(name, "wall", "m", position1=(0, 0, 0), stiffness=k, zeta=zeta)
     along = ibs.Disturbance("noise", ibs.Force("m", "x"), ibs.PSD.white(1.0, (1, 100), "N"))
-    assert ibs.vibration_budget(model.linearize(), ibs.Sensor("m", "x"), along).rms[0] > 0
+    rms = ibs.RmsResponse(ibs.Sensor("m", "x"), along).evaluate(model.linearize())
+    assert rms == pytest.approx(ibs.vibration_budget(model.linearize(), ibs.Sensor("m", "x"), along).rms[0])
+    assert rms > 0
 
 
 def test_dampers_and_complex_stiffness():
@@ -375,6 +387,13 @@ def test_budget_prints_and_draws_what_it_says():
     with pytest.raises(ValueError, match=r"\(2, 2\)"):
         budget.plot(axes=axes[:1])
     plt.close("all")
+    bars = budget.plot_shares("component", most=3)
+    drawn = {t.get_text(): bar.get_width() for t, bar in zip(bars.get_yticklabels(), bars.patches, strict=True)}
+    assert len(drawn) == 3
+    assert drawn["flexure"] == pytest.approx(100 * budget.shares("part")["flexure.kxx"], abs=1.0)
+    for name, width in drawn.items():
+        parts = [share for part, share in budget.shares("part").items() if part.split(".")[0] == name]
+        assert width == pytest.approx(100 * sum(parts))
     with pytest.raises(ibs.UnknownNameError, match="Did you mean 'tilt'"):
         budget.shares("mode", "tild")
     with pytest.raises(ibs.AnalysisError, match="Did you mean 'part'"):
@@ -393,3 +412,73 @@ def test_a_band_beside_all_disturbances_is_refused():
         ibs.vibration_budget(oscillator(), STRETCH, [floor, floor])
     with pytest.raises(ibs.ModelError, match="takes N"):
         ibs.Disturbance("x", ibs.Force("m", "x"), ibs.floor_vibration("VC-C"))
+
+
+@settings(max_examples=8, deadline=None)
+@given(st.integers(0, 10_000), st.booleans())
+def test_random_assemblies_against_a_fine_grid(seed, damper):
+    random = RandomAssembly(seed, count=4, zeta=(0.001, 0.03), damper=damper, k=(4, 7))
+    system = random.model(ibs).linearize()
+    floor = ibs.Disturbance("floor", ibs.BaseMotion("ground", "y"), ibs.PSD.white(1.0, (1, 200)))
+    pair = ibs.CorrelatedDisturbance(
+        "pair",
+        [ibs.Force("b0", "x"), ibs.Torque("b1", "ry")],
+        [ibs.PSD.white(2.0, (1, 200), "N"), ibs.PSD.white(0.1, (1, 200), "N·m")],
+        correlation=[[1, 0.5j], [-0.5j, 1]],
+    )
+    outputs = [ibs.Sensor("b2", "z"), ibs.Sensor("b3", "rx", quantity="displacement", relative_to="b1")]
+    budget = ibs.vibration_budget(system, outputs, [floor, pair])
+    f = np.linspace(1, 200, 100_001)
+    S = system.frf(floor.input, outputs, f).magnitude[:, 0] ** 2
+    np.testing.assert_allclose(budget.source_power[:, 0], scipy.integrate.simpson(S, x=f, axis=1), rtol=1e-7)
+    for by in ("source", "mode", "component", "part"):
+        for source in (None, "floor", "pair"):
+            assert sum(budget.shares(by, 1, source).values()) == pytest.approx(1, abs=1e-9)
+
+
+def test_flexible_body_locks_two_fixations_and_a_stroke():
+    """A hybrid on two bases: shares by name, the flexible body as one part, locked directions none at all."""
+    part = fi.read_calculix(Path(__file__).parents[1] / "examples" / "mirror_flexure" / "flexure.inp")
+    body = fi.reduce(part, {"base": "BASE", "tip": "TIP"}, max_frequency=7000.0)
+    base, tip = (np.array(body.interfaces[i].position) for i in ("base", "tip"))
+    model = ibs.Model("hybrid")
+    model.fixation("platform", position=(0, 0, 0))
+    model.fixation("ceiling", position=(0, 0, 0.2))
+    model.flexible_body("flexure", body, zeta=0.005)
+    model.rigid_body("mirror", mass=0.3, cog=tip + [0.01, 0.005, 0], inertia=(1.5e-4, 1.2e-4, 1e-4, 0, 0, 0))
+    model.connection(
+        "mount", "platform", "flexure.base", position1=base, stiffness=(math.inf, 3e8, 2e8, 1e5, 2e5, 1e5), zeta=0.01
+    )
+    model.connection("glue", "flexure.tip", "mirror", position2=tip, stiffness=(1e8, 2e8, 1e8, 2e4, 1e4, math.inf))
+    model.connection("stay", "ceiling", "mirror", tip, stiffness=(2e4, 0, 1e4, 0, 0, 0), zeta=0.02)
+    system = model.linearize()
+    band = (5.0, 900.0)
+    floor = ibs.Disturbance("floor", ibs.BaseMotion("platform", "z"), ibs.PSD.white(1e-4, band))
+    roof = ibs.Disturbance("roof", ibs.BaseMotion("ceiling", "z"), ibs.PSD.white(1e-4, band))
+    piezo = ibs.Disturbance("piezo", ibs.Stroke("stay", "z"), ibs.PSD.white(1e-18, band, "m"))
+    tilt = ibs.Sensor("mirror", "ry", quantity="displacement", relative_to="platform", name="tilt")
+    budget = ibs.vibration_budget(system, tilt, [floor, roof, piezo])
+    shares = budget.shares("part")
+    wanted = {"flexure", "mount.ky", "mount.kz", "mount.kxx", "mount.kyy", "mount.kzz", "glue.kx", "glue.ky", "glue.kz"}
+    wanted |= {"glue.kxx", "glue.kyy", "stay.kx", "stay.kz", "carried by the base"}
+    assert set(shares) == wanted
+    for by in ("source", "mode", "component", "part"):
+        for source in (None, "floor", "roof", "piezo"):
+            assert sum(budget.shares(by, 0, source).values()) == pytest.approx(1, abs=1e-8)
+    f = np.unique(np.r_[np.linspace(*band, 300_001)])
+    for d, cause in enumerate((floor, roof, piezo)):
+        S = system.frf(cause.input, tilt, f).magnitude[0, 0] ** 2 * cause.psd.values[0]
+        assert budget.source_power[0, d] == pytest.approx(scipy.integrate.simpson(S, x=f), rel=1e-6)
+
+
+def test_a_tone_beside_the_band_counts_nothing():
+    noise = ibs.Disturbance("noise", ibs.Force("m", "x"), ibs.PSD.white(1.0, (1, 100), "N"))
+    tone = ibs.Tone("tone", ibs.Force("m", "x"), amplitude=1.0, frequency=300.0)
+    budget = ibs.vibration_budget(oscillator(), STRETCH, [noise, tone], band=(10, 60))
+    assert budget.source_power[0, 1] == 0.0
+    assert budget.shares("mode", 0, "tone") == {"mode 1 (50 Hz)": 0.0, "carried by the base": 0.0}
+    alone = ibs.vibration_budget(oscillator(), STRETCH, tone)
+    assert alone.band == (150, 600)
+    assert alone.source_power[0, 0] > 0
+    assert alone.plot()[0, 0].get_title().startswith("stretch")
+    plt.close("all")

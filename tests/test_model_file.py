@@ -662,7 +662,7 @@ def test_the_starter_file_reads_checks_and_meets_its_requirements():
     model = ibs.Model.from_toml(Path(ibs.__file__).with_name("starter.toml"))
     assert model.check() == []
     # Two leaf springs side by side are a parallel guide: k = 2 · 12 E I / L³, the mirror hardly turns.
-    stiffness = 2 * 12 * 113e9 * (35e-3 * 0.4e-3**3 / 12) / 20e-3**3
+    stiffness = 2 * 12 * 113e9 * (35e-3 * 0.4e-3**3 / 12) / 22e-3**3
     guided = math.sqrt(stiffness / 0.25) / (2 * math.pi)
     frequencies = model.linearize().modes().frequencies
     assert frequencies[0] == pytest.approx(guided, rel=2e-3)

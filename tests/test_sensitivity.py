@@ -20,6 +20,9 @@ def signals(names):
         ibs.Sensor(names[1], "rx", quantity="displacement"),
         ibs.Sensor(names[0], (1, 1, 0), position=(0.1, 0.1, 0), quantity="velocity"),
         ibs.Sensor(names[0], "z", relative_to=names[1], quantity="displacement"),
+        ibs.CombinedSensor(
+            "sag", [(2.0, ibs.Sensor(names[0], "z")), (-0.5, ibs.Sensor(names[1], "x", position=(0, 0.1, 0)))], "m/s²"
+        ),
     ]
     return inputs, outputs
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -82,8 +82,8 @@ class TimeIntegration:
     damping : (N, N) viscous matrix over all coordinates, beyond the explicit dampers.
     gravity : (3,) acceleration of gravity [m/s²].
     drives : what moves it.
-    recorded : items whose coordinates are kept: a rigid body, a fixation, a flexible body; an interface in small
-        deflection.
+    recorded : items whose coordinates are kept, and up to which derivative: a rigid body, a fixation, a flexible body;
+        an interface in small deflection.
     """
 
     assembly: Assembly
@@ -91,7 +91,7 @@ class TimeIntegration:
     damping: Array
     gravity: Array
     drives: Sequence[BaseDrive | LoadDrive]
-    recorded: Sequence[str]
+    recorded: Mapping[str, int]
 
     def run(
         self,
@@ -113,7 +113,7 @@ class TimeIntegration:
 
         Returns
         -------
-        By recorded item (3, n_samples, n): its coordinates and their first and second time derivatives. Six (x, y, z
+        By recorded item (orders, n_samples, n): its coordinates and as many time derivatives as asked for. Six (x, y, z
         and the angles of R = Rx Ry Rz) of what is rigid; of a flexible body in small deflection those of its reduced
         matrices; in a floating frame position and Euler parameters of the frame and deformations, all minus their
         values in the undeformed state.
@@ -154,10 +154,9 @@ class _Run:
         self._add_gravity()
         self.setters = [self._setter(drive) for drive in task.drives]
         self.sensors: dict[int, list[int]] = {}
-        for name in task.recorded:
+        for name, order in task.recorded.items():
             for node in self._nodes_of(name):
-                if node not in self.sensors:
-                    self.sensors[node] = self._add_sensors(node)
+                self._add_sensors(node, order)
         self.mbs.Assemble()
 
     def _point(self, signal: Force | Torque | Stroke) -> Array:
@@ -401,22 +400,21 @@ class _Run:
     def _nodes_of(self, name: str) -> list[int]:
         return [self.system.nodes[name]] if "." in name else self.system.item_nodes(name)
 
-    def _add_sensors(self, node: int) -> list[int]:
+    def _add_sensors(self, node: int, order: int) -> None:
         kinds = (
             exu.OutputVariableType.Coordinates,
             exu.OutputVariableType.Coordinates_t,
             exu.OutputVariableType.Coordinates_tt,
         )
-        return [
-            self.mbs.AddSensor(
-                eii.SensorNode(nodeNumber=node, outputVariableType=kind, storeInternal=True, writeToFile=False)
-            )
-            for kind in kinds
-        ]
+        kept = self.sensors.setdefault(node, [])
+        for kind in kinds[len(kept) : order + 1]:
+            sensor = eii.SensorNode(nodeNumber=node, outputVariableType=kind, storeInternal=True, writeToFile=False)
+            kept.append(self.mbs.AddSensor(sensor))
 
     def coordinates(self, name: str, n_samples: int) -> Array:
         """Return an item's coordinates; see ``TimeIntegration.run``."""
-        stored = np.concatenate([self._stored(node, n_samples) for node in self._nodes_of(name)], axis=2)
+        order = self.task.recorded[name]
+        stored = np.concatenate([self._stored(node, order, n_samples) for node in self._nodes_of(name)], axis=2)
         if not np.isfinite(stored).all():
             first = int(np.flatnonzero(~np.isfinite(stored).all(axis=(0, 2)))[0])
             raise SimulationError(f"the run gave values that are not finite from sample {first} on, at {name!r}.")
@@ -426,10 +424,9 @@ class _Run:
             return ordered
         return stored
 
-    def _stored(self, node: int, n_samples: int) -> Array:
-        stored = np.stack(
-            [np.asarray(self.mbs.GetSensorStoredData(sensor), dtype=float)[:, 1:] for sensor in self.sensors[node]]
-        )
+    def _stored(self, node: int, order: int, n_samples: int) -> Array:
+        kept = (np.asarray(self.mbs.GetSensorStoredData(sensor), dtype=float) for sensor in self.sensors[node])
+        stored = np.stack([values[:, 1:] for values in kept][: order + 1])
         if stored.shape[1] != n_samples:
             raise SimulationError(
                 f"Exudyn kept {stored.shape[1]} samples where {n_samples} were asked for; please report the model."

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 import stat
-import tempfile
 from pathlib import Path
 
+from fem_import.whole_file import whole_file
 from ibsdyn.errors import MissingFileError, ModelFileError
 
 # A model of ten thousand components has 2 MB.
@@ -80,26 +80,10 @@ def write_text(path: Path, text: str) -> None:
     except UnicodeEncodeError as error:
         raise ModelFileError(f"{path.name}: {text[error.start]!r} in a name cannot be written as UTF-8.") from None
     try:
-        handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-        try:
-            with os.fdopen(handle, "wb") as stream:
-                stream.write(content)
-                stream.flush()
-                os.fsync(stream.fileno())
-            # mkstemp makes files that only their owner can read; a model file is meant to be shared.
-            os.chmod(temporary, stat.S_IMODE(path.stat().st_mode) if path.exists() else 0o666 & ~_umask())
-            os.replace(temporary, path)
-        except BaseException:
-            os.unlink(temporary)
-            raise
+        with whole_file(path) as temporary:
+            temporary.write_bytes(content)
     except OSError as error:
         raise ModelFileError(f"{path} cannot be written: {error.strerror or error}.") from None
-
-
-def _umask() -> int:
-    mask = os.umask(0o022)  # the only way to ask for it is to set it
-    os.umask(mask)
-    return mask
 
 
 def _similar(path: Path) -> str:

@@ -58,6 +58,14 @@ def plain_hertz(panel: Axes) -> None:
     panel.xaxis.set_minor_formatter(NullFormatter())
 
 
+def whole_decades(panel: Axes, values: np.ndarray) -> None:
+    """Let a logarithmic axis end at powers of ten, which alone carry labels."""
+    positive = values[values > 0]
+    if positive.size:
+        lower, upper = np.floor(np.log10(positive.min())), np.ceil(np.log10(positive.max()))
+        panel.set_ylim(10.0**lower, 10.0 ** max(upper, lower + 1))
+
+
 def _new_axes(n_out: int, n_in: int) -> np.ndarray:
     import matplotlib.pyplot as plt
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ibsdyn.axes import Array
-from ibsdyn.plotting.bode import plain_hertz
+from ibsdyn.plotting.bode import plain_hertz, whole_decades
 from ibsdyn.psd import PSD, unit_of_psd
 
 if TYPE_CHECKING:
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 MOST_SOURCES = 8
 # How far below its peak a PSD is drawn: antiresonances and the ends of bands go down to nothing.
 DECADES_SHOWN = 8
+# Shares below this are no bar that could be seen.
+LEAST_BAR = 5e-4
 # Sources below this share of the power would be a line on the axis.
 LEAST_SHARE = 1e-9
 # Without red, which is the limit's.
@@ -38,6 +40,7 @@ def plot_psd(psd: PSD, axes: Axes | None, label: str | None) -> Axes:
     axes.set_ylabel(f"PSD, one-sided [{unit_of_psd(psd.unit)}]")
     axes.grid(True, which="both", alpha=0.25, linewidth=0.5)
     plain_hertz(axes)
+    whole_decades(axes, psd.values)
     axes.legend(loc="best", fontsize="small")
     return axes
 
@@ -60,6 +63,28 @@ def plot_budget(budget: VibrationBudget, limits: Mapping[int, float], axes: np.n
     return grid
 
 
+def plot_shares(shares: Mapping[str, float], title: str, most: int, axes: Axes | None) -> Axes:
+    """Draw shares, the largest first, as horizontal bars; see ``VibrationBudget.plot_shares``."""
+    shown = [(name, share) for name, share in shares.items() if abs(share) >= LEAST_BAR][:most]
+    if axes is None:
+        import matplotlib.pyplot as plt
+
+        _, axes = plt.subplots(figsize=(7.5, 1.4 + 0.34 * max(len(shown), 2)), layout="constrained")
+    percent = [100 * share for _, share in shown]
+    # What counteracts the rest is set apart.
+    bars = axes.barh(
+        range(len(shown)), percent, color=["tab:blue" if share >= 0 else "tab:grey" for share in percent], height=0.7
+    )
+    axes.bar_label(bars, [f"{share:.1f} %" for share in percent], padding=3, fontsize="small")
+    axes.set_yticks(range(len(shown)), [name for name, _ in shown])
+    axes.invert_yaxis()
+    axes.axvline(0.0, color="black", linewidth=0.8)
+    axes.margins(x=0.15)
+    axes.set_xlabel("share of the mean square [%]")
+    axes.set_title(title, fontsize="medium")
+    return axes
+
+
 def _draw_output(budget: VibrationBudget, o: int, limit: float | None, density: Axes, cumulative: Axes) -> None:
     rms = float(budget.rms[o])
     factor, unit = _engineering(max(rms, limit or 0.0), budget.units[o])
@@ -76,6 +101,9 @@ def _draw_output(budget: VibrationBudget, o: int, limit: float | None, density: 
             density.loglog(budget.frequencies, budget.psd[o], color="black", linewidth=1.4, label="total")
         running = factor * np.sqrt(np.r_[0.0, budget.cumulative_power[o], budget.power[o]])
         cumulative.semilogx(f, running, color="black", linewidth=1.4, label="total")
+    if not budget.psd[o].any():
+        density.set_yscale("log")
+        density.text(0.5, 0.5, "tones have no density", transform=density.transAxes, ha="center", color="grey")
     verdict = ""
     if limit is not None:
         shown = f"limit {factor * limit:.3g} {unit}"
@@ -113,7 +141,8 @@ def _curves(budget: VibrationBudget, o: int) -> list[tuple[str, str, Array, Arra
     ]
     if rest:
         psd, power = (array[o, rest].sum(axis=0) for array in (budget.source_psd, budget.source_cumulative))
-        curves.append((f"{len(rest)} others", "grey", psd, power, float(powers[rest].sum())))
+        name = budget.sources[rest[0]] if len(rest) == 1 else f"{len(rest)} others"
+        curves.append((name, "grey", psd, power, float(powers[rest].sum())))
     return curves
 
 

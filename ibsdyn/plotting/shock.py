@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ibsdyn.plotting.bode import plain_hertz
+from ibsdyn.plotting.bode import plain_hertz, whole_decades
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -25,5 +25,6 @@ def plot_shock_spectrum(spectrum: ShockSpectrum, axes: Axes | None, label: str |
     axes.set_ylabel(f"maximax acceleration [{spectrum.unit}]")
     axes.grid(True, which="both", alpha=0.25, linewidth=0.5)
     plain_hertz(axes)
+    whole_decades(axes, spectrum.maximax)
     axes.legend(loc="best", fontsize="small")
     return axes

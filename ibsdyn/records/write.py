@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import os
-import tempfile
 from pathlib import Path
 from typing import IO
 
 import numpy as np
 
+from fem_import.whole_file import whole_file
 from ibsdyn.errors import RecordError
 from ibsdyn.time_record import TimeRecord
 
@@ -36,14 +36,8 @@ def write_record(record: TimeRecord, path: str | os.PathLike[str]) -> None:
         for name in (*record.names, *record.units):
             if any(mark in name for mark in ';\n[]"'):
                 raise RecordError(f"{target.name}: {name!r} cannot stand in a title of a CSV; write .npz instead.")
-    handle, temporary = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            (_write_npz if target.suffix == ".npz" else _write_csv)(record, stream)
-        os.replace(temporary, target)
-    except BaseException:
-        os.unlink(temporary)
-        raise
+    with whole_file(target) as temporary, temporary.open("wb") as stream:
+        (_write_npz if target.suffix == ".npz" else _write_csv)(record, stream)
 
 
 def _write_npz(record: TimeRecord, stream: IO[bytes]) -> None:

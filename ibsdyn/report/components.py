@@ -8,6 +8,7 @@ from ibsdyn.axes import INERTIA_NAMES, STIFFNESS_NAMES
 from ibsdyn.components import Connection, Fixation, FlexibleBody, Inertia1D, RigidBody
 from ibsdyn.model import Model
 from ibsdyn.report.html import Cell, number, point, table
+from ibsdyn.signals import CombinedSensor
 
 
 def component_tables(model: Model) -> str:
@@ -110,6 +111,10 @@ def _signals(model: Model) -> str:
     rows: list[Sequence[Cell]] = []
     for kind, signals in (("input", model.inputs), ("sensor", model.sensors)):
         for signal in signals.values():
+            if isinstance(signal, CombinedSensor):
+                parts = " ".join(f"{weight:+.4g} {part.name}" for weight, part in signal.parts)
+                rows.append((signal.name, "combined sensor", parts, "", "", signal.unit))
+                continue
             direction = signal.direction if isinstance(signal.direction, str) else f"({point_of(signal.direction)})"
             position = getattr(signal, "position", None)
             what = kind if kind == "sensor" else type(signal).__name__

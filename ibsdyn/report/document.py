@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import hashlib
 import os
-import tempfile
 from collections.abc import Sequence
 from datetime import datetime, timezone
 from html import escape
@@ -16,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from fem_import.whole_file import whole_file
 from ibsdyn.comparison import Comparison
 from ibsdyn.components import FlexibleBody, Inertia1D, RigidBody
 from ibsdyn.errors import ReportError, known_keywords
@@ -234,18 +234,10 @@ def _checked_path(path: str | os.PathLike[str]) -> Path:
 
 
 def _write(target: Path, page: str) -> Path:
-    """Write to a temporary file in the same folder, then put it in place."""
+    """Write whole or not at all."""
     try:
-        handle, temporary = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
-        try:
-            with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as stream:
-                stream.write(page)
-            # A temporary file is private; a report is there to be passed around.
-            os.chmod(temporary, 0o644)
-            os.replace(temporary, target)
-        except BaseException:
-            os.unlink(temporary)
-            raise
+        with whole_file(target) as temporary:
+            temporary.write_text(page, encoding="utf-8", newline="\n")
     except OSError as error:
         raise ReportError(f"report: {target} cannot be written: {error.strerror or error}.") from error
     return target

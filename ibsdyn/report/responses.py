@@ -17,7 +17,7 @@ from ibsdyn.linear_system import LinearSystem
 from ibsdyn.model import Model
 from ibsdyn.report.packing import packed
 from ibsdyn.resonance_grid import poles, resonance_grid
-from ibsdyn.signals import Input, Sensor
+from ibsdyn.signals import Input, Output
 
 # Of all curves of a page together; one curve has so many lines at most.
 MOST_VALUES, MOST_LINES = 400_000, 3000
@@ -105,7 +105,7 @@ def comparison_data(comparison: Comparison) -> dict[str, Any]:
     }
 
 
-def _response(system: LinearSystem, signal: Input, sensor: Sensor, frequencies: Array) -> FrequencyResponse | str:
+def _response(system: LinearSystem, signal: Input, sensor: Output, frequencies: Array) -> FrequencyResponse | str:
     try:
         return system.frf(signal, sensor, frequencies)
     except IbsdynError as error:
@@ -131,7 +131,7 @@ def _curve(frequencies: Array, response: Array | np.ndarray) -> dict[str, Any]:
     }
 
 
-def _unit(sensor: Sensor, signal: Input) -> str:
+def _unit(sensor: Output, signal: Input) -> str:
     return unit_ratio(sensor.unit, signal.unit)
 
 

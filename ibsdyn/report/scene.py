@@ -14,7 +14,7 @@ from ibsdyn.model import Model
 from ibsdyn.modes import Modes
 from ibsdyn.picture import Shape, arrow, lined_up_shapes, shapes_in_space
 from ibsdyn.report.packing import packed
-from ibsdyn.signals import Input, Sensor, Stroke, Torque
+from ibsdyn.signals import CombinedSensor, Input, Sensor, Stroke, Torque
 
 # What keeps a page with twenty modes of fine meshes below a few megabytes.
 MOST_POINTS = 6000
@@ -91,7 +91,11 @@ def _arrows(assembly: Assembly, model: Model) -> list[Shape]:
     arrows = []
     signals: list[tuple[str, Input | Sensor]] = [
         *(("input", signal) for signal in model.inputs.values()),
-        *(("sensor", sensor) for sensor in model.sensors.values()),
+        *(
+            ("sensor", part)
+            for sensor in model.sensors.values()
+            for part in ([part for _, part in sensor.parts] if isinstance(sensor, CombinedSensor) else [sensor])
+        ),
     ]
     for kind, signal in signals:
         try:

@@ -1,0 +1,22 @@
+"""The page on requirements and budgets runs as it is printed."""
+
+import re
+from pathlib import Path
+
+import matplotlib.image
+import pytest
+
+
+def test_it_runs_and_shows_what_it_says(tmp_path, monkeypatch, capsys):
+    text = (Path(__file__).parents[1] / "docs" / "budget.md").read_text(encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    names = {}
+    for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
+        exec(compile(block, "budget.md", "exec"), names)
+    printed = capsys.readouterr().out
+    for words in ("N·m/rad", "cross flexure", "-2 ry [rad/rad]", "RMS = one sigma", "mount.kyy", "spot jitter:"):
+        assert words in printed, words
+    assert sum(names["budget"].shares("part").values()) == pytest.approx(1)
+    assert next(iter(names["budget"].shares("part"))) == "mount.kyy"
+    for figure in ("budget.png", "shock.png"):
+        assert matplotlib.image.imread(tmp_path / figure).shape[0] > 300
