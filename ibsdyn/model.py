@@ -161,11 +161,17 @@ class Model:
 
         Parameters
         ----------
-        path : of the TOML file. Flexible bodies are written beside it as .npz, named by their content.
+        path : of the TOML file. Where there is a model file already, its comments, parameters and expressions stay
+            wherever the model still has their values. Flexible bodies are written beside it as .npz, named by their
+            content, unless the file has an export that is still theirs.
 
         Raises
         ------
         ModelFileError : the file cannot be written, or a requirement has a quantity of the user's own.
+
+        Warns
+        -----
+        ModelWarning : comments and expressions of the file that was there could not be kept.
         """
         from ibsdyn.model_files import write_model  # here: the writer needs this class
 

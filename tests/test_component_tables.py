@@ -2,6 +2,7 @@
 
 import math
 import sys
+import zipfile
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -149,7 +150,7 @@ def _number(cell):
         return cell or None
 
 
-def test_spreadsheets_that_are_none(write, monkeypatch):
+def test_spreadsheets_that_are_none(write, tmp_path, monkeypatch):
     pytest.importorskip("openpyxl")
     model = ibs.Model("m")
     with pytest.raises(ibs.ModelFileError, match=r"a\.xlsx is no spreadsheet or damaged"):
@@ -158,6 +159,11 @@ def test_spreadsheets_that_are_none(write, monkeypatch):
         model.add_table(write("", "a.xls"))
     with pytest.raises(ibs.ModelFileError, match=r"give it the ending \.xlsx"):
         model.add_table(write(b"PK\x03\x04", "a.csv"))
+    with zipfile.ZipFile(tmp_path / "bomb.xlsx", "w", zipfile.ZIP_DEFLATED) as bomb:
+        for part in range(3):
+            bomb.writestr(f"xl/sharedStrings{part}.xml", bytes(100 * 2**20))
+    with pytest.raises(ibs.ModelFileError, match=r"bomb\.xlsx unpacks to 314572800 bytes; at most"):
+        model.add_table(tmp_path / "bomb.xlsx")
     monkeypatch.setitem(sys.modules, "openpyxl", None)
     with pytest.raises(ImportError, match=r'pip install "ibsdyn\[excel\]"'):
         model.add_table(write("", "a.xlsx"))

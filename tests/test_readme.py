@@ -5,13 +5,16 @@ import shutil
 from pathlib import Path
 
 import matplotlib.image
+import pytest
+
+import ibsdyn as ibs
 
 ROOT = Path(__file__).parents[1]
 
 
 def test_first_model_and_fe_part_run_as_printed(tmp_path, monkeypatch, capsys):
     blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
-    assert len(blocks) == 3
+    assert len(blocks) == 4
     for export in (ROOT / "examples" / "mirror_flexure").iterdir():
         shutil.copy(export, tmp_path)
     monkeypatch.chdir(tmp_path)
@@ -34,6 +37,9 @@ def test_first_model_and_fe_part_run_as_printed(tmp_path, monkeypatch, capsys):
     names["model"].rigid_body("flexure", mass=0.08, cog=(0.016, 0, 0), inertia=(2e-5, 3e-5, 3.6e-5, 0, 0, 0))
     exec(compile(second, "README.md", "exec"), names)
     assert "flexure" in names["model"].items
+    for block in blocks[3:]:
+        exec(compile(block, "README.md", "exec"), names)
+    assert names["again"] == names["model"]
 
 
 def test_the_page_on_reduction_runs_as_printed(tmp_path, monkeypatch, capsys):
@@ -61,6 +67,22 @@ def test_the_page_on_the_experiment_runs_as_printed(tmp_path, monkeypatch, capsy
         assert words in printed, words
     assert names["comparison"].total_share_inside > 0.97
     assert (tmp_path / "y1_u6.png").stat().st_size > 10_000
+
+
+def test_the_page_on_model_files_runs_as_printed(tmp_path, monkeypatch, capsys):
+    text = (ROOT / "docs" / "model_file.md").read_text(encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    names = {}
+    for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
+        exec(compile(block, "model_file.md", "exec"), names)
+    printed = capsys.readouterr().out
+    for words in ("first mode: ", "jitter: ", "counterweight: mass 0.1205 kg"):
+        assert words in printed, words
+    assert printed.count("met, margin") == 2
+    (parts,) = re.findall(r"```toml\n(.*?)```", text, re.DOTALL)
+    (tmp_path / "parts.toml").write_text(parts, encoding="utf-8")
+    with pytest.raises(ibs.ModelFileError, match=r"flexure\.inp"):  # understood up to the export that is not there
+        ibs.Model.from_toml("parts.toml")
 
 
 def test_links_and_pictures_exist():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import zipfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +14,7 @@ from ibsdyn.errors import ExtraMissingError, ModelFileError, ModelWarning, warn_
 from ibsdyn.model_files.text_file import MAX_BYTES, read_bytes
 
 MAX_CELLS = 1_000_000
+MAX_UNPACKED = 200 * 2**20
 _SPREADSHEETS = (".xlsx", ".xlsm")
 
 
@@ -114,6 +116,10 @@ def _spreadsheet(path: Path) -> list[Sheet]:
         ) from None
     content = read_bytes(path, MAX_BYTES)
     try:
+        with zipfile.ZipFile(io.BytesIO(content)) as packed:
+            size = sum(part.file_size for part in packed.infolist())
+        if size > MAX_UNPACKED:
+            raise ModelFileError(f"{path.name} unpacks to {size} bytes; at most {MAX_UNPACKED} are read.")
         book = openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=True)
         return [
             Sheet(f"{path.name}, sheet {sheet.title!r}", sheet.title, tuple(_sheet_rows(sheet, path.name)))

@@ -1,8 +1,7 @@
-"""A model in, a TOML file out, with the reduced bodies beside it."""
+"""A model in, the tables and the text of its file out, and its reduced bodies."""
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -19,22 +18,11 @@ from ibsdyn.model import Model
 from ibsdyn.model_files.disturbances import written_disturbance
 from ibsdyn.model_files.requirements import written_requirement
 from ibsdyn.model_files.signals import written_input, written_sensor
-from ibsdyn.model_files.text_file import checked_path, write_text
 
 Tables = dict[str, dict[str, Any]]
 
 # An array with more numbers than this has a line for each.
 _LONG = 12
-
-
-def write_model(model: Model, path: str | os.PathLike[str]) -> None:
-    """Write a model; see ``Model.to_toml``."""
-    target = checked_path(path, "to_toml")
-    text = toml_text(written_tables(model))
-    for item in model.items.values():
-        if isinstance(item, FlexibleBody):
-            _write_body(item.reduced, target.parent / body_file(item))
-    write_text(target, text)
 
 
 def written_tables(model: Model) -> dict[str, Any]:
@@ -110,7 +98,7 @@ def _connection(connection: Connection) -> dict[str, Any]:
     return values
 
 
-def _write_body(body: ReducedBody, path: Path) -> None:
+def write_body(body: ReducedBody, path: Path) -> None:
     """Write a body unless a whole file of the same content is there."""
     try:
         if path.exists() and ReducedBody.load(path).checksum == body.checksum:
@@ -127,22 +115,23 @@ def _toml_table(values: Mapping[str, Any]) -> tomlkit.items.Table:
     table = tomlkit.table()
     for key, value in values.items():
         if not isinstance(value, dict):
-            table.add(tomlkit.key(key), _toml_value(value))
+            table.add(tomlkit.key(key), toml_value(value))
     for key, value in values.items():  # tables inside come last: what follows one would belong to it
         if isinstance(value, dict):
             table.add(tomlkit.key(key), _toml_table(value))
     return table
 
 
-def _toml_value(value: Any) -> Any:
+def toml_value(value: Any) -> Any:
+    """Return a value as tomlkit writes it: lists on one line unless they are long."""
     if isinstance(value, list):
         array: Array = tomlkit.array()
         for entry in value:
-            array.append(_toml_value(entry))
+            array.append(toml_value(entry))
         return array.multiline(True) if len(value) > _LONG else array
     if isinstance(value, dict):
         inline = tomlkit.inline_table()
         for key, entry in value.items():
-            inline.append(tomlkit.key(key), _toml_value(entry))
+            inline.append(tomlkit.key(key), toml_value(entry))
         return inline
     return value
