@@ -43,6 +43,6 @@ def frequency_errors(
     """
     values = (2.0 * np.pi * np.asarray(frequencies, dtype=np.float64)) ** 2
     columns = np.asarray(shapes, dtype=np.float64)
-    of_all = np.einsum("ik,ij,jk->k", columns, dynamic_compliance, columns, optimize=True)
+    of_all = np.sum(columns * (dynamic_compliance @ columns), axis=0)
     of_inner = np.diag(K)[n_frames:] @ columns[n_frames:] ** 2
     return np.asarray(np.maximum(values**2 * of_all - of_inner, 0.0) / (2.0 * values))

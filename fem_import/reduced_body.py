@@ -205,7 +205,7 @@ class ReducedBody:
             solver="given",
         )
 
-    @property
+    @cached_property
     def coordinates(self) -> tuple[str, ...]:
         """Names of the rows of M, K and C."""
         frames = [f"{name}.{direction}" for name in self.interfaces for direction in FRAME_DIRECTIONS]
@@ -240,10 +240,12 @@ class ReducedBody:
 
         return body_checksum(self)
 
-    @property
+    @cached_property
     def rigid_body_motion(self) -> FloatArray:
         """Coordinates (n, 6) in rigid translation and small rotation about the global origin; modes rest."""
-        return frames_in_rigid_motion(list(self.interfaces.values()), len(self.frequencies))
+        motion = frames_in_rigid_motion(list(self.interfaces.values()), len(self.frequencies))
+        motion.setflags(write=False)
+        return motion
 
     def __repr__(self) -> str:
         """Return one line: source, interfaces, modes, cut-off, mass."""

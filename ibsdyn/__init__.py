@@ -46,6 +46,7 @@ from ibsdyn.history import Difference, History, Revision
 from ibsdyn.identification import DetectionLines, FrfEstimate, estimate_frf
 from ibsdyn.interchange import read_frf, write_frf, write_matrices, write_modes
 from ibsdyn.linear_system import LinearSystem
+from ibsdyn.measured import MeasuredFrequencies, MeasuredResponse
 from ibsdyn.mirror_optics import BeamPath, FlatMirror
 from ibsdyn.modal_estimation import ModalEstimate, estimate_modes
 from ibsdyn.model import Model
@@ -76,6 +77,7 @@ from ibsdyn.state_space import StateSpace
 from ibsdyn.study import Study
 from ibsdyn.study_results import FailedVariant, Odds, StudyResults
 from ibsdyn.time_record import TimeRecord
+from ibsdyn.updating import Fit, fit
 from ibsdyn.vibration_environments import floor_vibration, launch_vibration
 
 __all__ = [
@@ -100,6 +102,7 @@ __all__ = [
     "ExpressionError",
     "ExtraMissingError",
     "FailedVariant",
+    "Fit",
     "Fixation",
     "FlatMirror",
     "FlexibleBody",
@@ -114,6 +117,8 @@ __all__ = [
     "Inertia1D",
     "InterchangeError",
     "LinearSystem",
+    "MeasuredFrequencies",
+    "MeasuredResponse",
     "MissingFileError",
     "MissingRecordError",
     "ModalEstimate",
@@ -172,6 +177,7 @@ __all__ = [
     "distribute_stiffness",
     "estimate_frf",
     "estimate_modes",
+    "fit",
     "floor_vibration",
     "full_factorial",
     "guide_shortening",

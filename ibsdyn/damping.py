@@ -15,6 +15,12 @@ from ibsdyn.axes import Array
 from ibsdyn.elastic_parts import ElasticPart
 
 
+def modal_diagonal(shapes: Array, matrix: Array) -> Array:
+    """Return phi_r^T matrix phi_r of each column of ``shapes``."""
+    diagonal: Array = np.sum(shapes * (matrix @ shapes), axis=0)
+    return diagonal
+
+
 def strain_energy_shares(parts: Sequence[ElasticPart], shapes: Array, rigid: np.ndarray) -> dict[str, Array]:
     """Return the share of each part in the strain energy of each mode; zero for rigid-body modes."""
     energies = {part.name: part.energy(shapes) for part in parts}

@@ -8,16 +8,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from weakref import WeakKeyDictionary
 
 import numpy as np
 import scipy.linalg
 
+from fem_import import ReducedBody
 from ibsdyn.assembly import Assembly, Joint
 from ibsdyn.axes import Array, rotate_six
 from ibsdyn.components import FlexibleBody
 
 # A direction that strains less than this share of the stiffest geometry is free. Stiffness itself plays no part.
 FREE_TOLERANCE = 1e-9
+# The least pivot of a triangular factor is above the least singular value, by a factor of ten or so; beyond this share
+# of the largest pivot no direction can be free. In between the singular values decide.
+HELD = 1e-5
 # Eigenvalues of a reduced stiffness, scaled to a unit diagonal, that are below this are rounding of zero.
 RIGID_EIGENVALUE = 1e-13
 
@@ -90,6 +95,11 @@ def free_motions(parts: Sequence[ElasticPart], count: int) -> Array:
     size = np.linalg.norm(rows, axis=1, keepdims=True)
     # Every row counts alike: soft beside stiff is still held.
     unit = rows / np.where(size > 0, size, 1.0)
+    # Most models are held: a triangle without a small pivot shows it in a third of the time.
+    triangle = scipy.linalg.qr(unit, mode="r", pivoting=True, check_finite=False)[0]
+    pivots = np.abs(np.diag(triangle))
+    if len(pivots) == count and pivots[-1] > HELD * pivots[0]:
+        return np.zeros((count, 0))
     basis: Array = scipy.linalg.null_space(unit, rcond=FREE_TOLERANCE)
     return basis
 
@@ -130,8 +140,15 @@ def _joint_rows(joint: Joint) -> Array:
 
 
 def _flexible_rows(body: FlexibleBody) -> Array:
+    """Return the factor of a body's reduced stiffness, taken once: variants of a model share their bodies."""
+    known = _FACTORS.get(body.reduced)
+    if known is None:
+        known = _FACTORS[body.reduced] = _factor(body.reduced)
+    return known
+
+
+def _factor(reduced: ReducedBody) -> Array:
     """Factor a reduced stiffness; that of a free body through its deformation alone, so that rigid motion is exact."""
-    reduced = body.reduced
     K = np.asarray(reduced.K)
     deformation = np.eye(len(K))
     if reduced.is_free:
@@ -147,4 +164,9 @@ def _flexible_rows(body: FlexibleBody) -> Array:
     values, vectors = np.linalg.eigh(K / np.outer(scale, scale))
     elastic = values > RIGID_EIGENVALUE * values.max(initial=0.0)
     rows: Array = (np.sqrt(values[elastic])[:, None] * vectors[:, elastic].T * scale) @ deformation
+    rows.setflags(write=False)
     return rows
+
+
+# A reduced body cannot change, so its factor holds as long as it lives.
+_FACTORS: WeakKeyDictionary[ReducedBody, Array] = WeakKeyDictionary()

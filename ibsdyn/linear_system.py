@@ -11,7 +11,7 @@ import numpy as np
 
 from ibsdyn.assembly import Assembly, body_mass_matrix
 from ibsdyn.axes import Array
-from ibsdyn.damping import damping_matrix, modal_ratios, strain_energy_shares
+from ibsdyn.damping import damping_matrix, modal_diagonal, modal_ratios, strain_energy_shares
 from ibsdyn.elastic_parts import ElasticPart, elastic_parts
 from ibsdyn.engine import FlexibleMapping, linearized_matrices
 from ibsdyn.errors import EngineError, known_keywords
@@ -69,12 +69,12 @@ class LinearSystem:
     def _modes(self) -> Modes:
         omega, shapes, rigid = self._modal
         full = self._to_full[:, : len(self.coordinates)] @ shapes
-        doubled = np.einsum("ir,ij,jr->r", shapes, self.C, shapes, optimize=True)
+        doubled = modal_diagonal(shapes, self.C)
         ratios = np.where(rigid, 0.0, doubled / (2.0 * np.where(rigid, 1.0, omega)))
         kinetic = {}
         for body in self._assembly.bodies:
             place = self._assembly.places[body.name]
-            kinetic[body.name] = np.einsum("ir,ij,jr->r", full[place], self._body_mass[body.name], full[place])
+            kinetic[body.name] = modal_diagonal(full[place], self._body_mass[body.name])
         shares = strain_energy_shares(self._parts, shapes, rigid)
         frequencies = omega / (2 * np.pi)
         errors = reduction_errors(self._assembly, frequencies, full)
