@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import importlib
 import inspect
 import sys
@@ -9,6 +10,8 @@ from dataclasses import dataclass
 from types import ModuleType
 
 from docstrings import escaped
+
+from ibsdyn.cli.main import parser
 
 PACKAGES = {"ibsdyn": "ibs", "fem_import": "fi"}
 
@@ -58,7 +61,8 @@ def groups(package: str) -> list[Group]:
 def reference_pages() -> dict[str, str]:
     """Return {path of a page: its text} for the whole reference, ``api/index.rst`` among them."""
     pages = {}
-    index = ["Reference", "=========", ""]
+    index = ["Reference", "=========", "", ":doc:`command_line`: models as files, without Python.", ""]
+    index += [".. toctree::\n   :hidden:\n\n   command_line", ""]
     for package, short in PACKAGES.items():
         title = f"``import {package} as {short}``"
         own = groups(package)
@@ -67,8 +71,25 @@ def reference_pages() -> dict[str, str]:
             pages[f"api/{group.page}.rst"] = _page(group)
             names = ", ".join(f":py:obj:`{short}.{name} <{package}.{name}>`" for name in group.names)
             index += [f":doc:`{group.title} <{group.page}>`: {group.purpose}", "", f"   {names}", ""]
+    pages["api/command_line.rst"] = _command_line()
     pages["api/index.rst"] = "\n".join(index)
     return pages
+
+
+def _command_line() -> str:
+    """Return what ``ibsdyn --help`` and the help of each command print."""
+    whole = parser()
+    title = "Command line"
+    lines = [title, "=" * len(title), "", *_literal(whole.format_help())]
+    choices = next(action.choices for action in whole._actions if isinstance(action, argparse._SubParsersAction))
+    for name, command in choices.items():
+        heading = f"ibsdyn {name}"
+        lines += [heading, "-" * len(heading), "", *_literal(command.format_help())]
+    return "\n".join(lines)
+
+
+def _literal(text: str) -> list[str]:
+    return ["::", "", *(f"    {line}".rstrip() for line in text.splitlines()), ""]
 
 
 def _page(group: Group) -> str:
