@@ -59,7 +59,7 @@ from ibsdyn.quantities import ModeDamping, ModeFrequency, PeakResponse, Quantity
 from ibsdyn.records.channel_table import Channel
 from ibsdyn.records.read import read_record
 from ibsdyn.records.write import write_record
-from ibsdyn.report import report
+from ibsdyn.reporting import report
 from ibsdyn.requirement import Requirement, RequirementResult
 from ibsdyn.sampling import Samples, Tolerance, full_factorial, latin_hypercube, monte_carlo, one_at_a_time, variants
 from ibsdyn.sensitivity import response_sensitivities, sensitivities

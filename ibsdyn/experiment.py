@@ -17,6 +17,7 @@ from ibsdyn.engine import FlexibleMapping
 from ibsdyn.errors import AnalysisError, ModelError, ModelWarning, RecordError, known_keywords, nearest, warn_user
 from ibsdyn.excitation import Excitation
 from ibsdyn.frequency_response import FrequencyResponse
+from ibsdyn.generalized_alpha import linear_frequency
 from ibsdyn.model import Model
 from ibsdyn.motion_reconstruction import MotionReconstruction
 from ibsdyn.piezo_platform import PLATE_MOTIONS, Orientation, PiezoPlatform
@@ -360,5 +361,4 @@ def _shown_by_integrator(frequencies: Array, step: float) -> Array:
         raise AnalysisError(
             f"a step of {step:g} s shows frequencies below {0.5 / step:g} Hz, not {frequencies.max():g} Hz."
         )
-    warped: Array = np.tan(np.pi * frequencies * step) / (np.pi * step)
-    return warped
+    return linear_frequency(frequencies, step)

@@ -163,6 +163,29 @@ def test_vm71_ratio_of_a_single_mode(validated):
         validated(what, expected=x, found=free[0], atol=2e-4, unit="of its start", **published)
 
 
+@pytest.mark.filterwarnings("ignore::ibsdyn.ModelWarning", "ignore::ibsdyn.SimulationWarning")  # zeta 2; 500 Hz
+@pytest.mark.parametrize("by", ["zeta", "damper"])
+@pytest.mark.parametrize(
+    ("zeta", "c", "x"),
+    [(2.0, 3.52636, 0.4742), (1.0, 1.76318, 0.18998), (0.2, 0.352636, -0.52108), (0.0, 0.0, -0.99688)],
+)
+def test_vm71_in_time(by, zeta, c, x):
+    """A constant force that bends the spring by 1 m: what is left to go is the free response from 1 m."""
+    model = ibs.Model("sdof", axis="x")
+    model.fixation("wall")
+    model.rigid_body("m", mass=0.02590673)
+    loss = {"zeta": zeta} if by == "zeta" else {"damping": c}
+    model.connection("s", "wall", "m", stiffness=30.0, **loss)
+    record = model.simulate(
+        {ibs.Force("m", "x"): np.full(101, 30.0)},
+        ibs.Sensor("m", "x", quantity="displacement", name="x"),
+        sample_rate=1000.0,
+        start="rest",
+        steps_per_sample=20,
+    )
+    assert 1.0 - record["x"][90] == pytest.approx(x, abs=2e-4)
+
+
 def test_required_stiffness_has_the_unit_of_one():
     assert ibs.required_stiffness(2e-3, 5.0, 5e-6) == pytest.approx(2000.0)
     assert ibs.required_stiffness(2e-3, 5.0, beam_deflection=1e-5) == pytest.approx(2000.0)

@@ -1,6 +1,7 @@
 """The README's code runs as it is printed."""
 
 import re
+import shlex
 import shutil
 from pathlib import Path
 
@@ -8,6 +9,7 @@ import matplotlib.image
 import pytest
 
 import ibsdyn as ibs
+from ibsdyn.cli import main
 
 ROOT = Path(__file__).parents[1]
 
@@ -42,6 +44,18 @@ def test_first_model_and_fe_part_run_as_printed(tmp_path, monkeypatch, capsys):
     assert names["again"] == names["model"]
 
 
+def test_the_commands_run_as_printed(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    commands = re.findall(
+        r"^    ibsdyn (.*?)(?: +#.*)?$", (ROOT / "README.md").read_text(encoding="utf-8"), re.MULTILINE
+    )
+    assert len(commands) == 8
+    for command in commands:
+        assert main(shlex.split(command)) == 0, command
+    assert {"mirror.html", "frf.csv", "budget.png"} <= {path.name for path in tmp_path.iterdir()}
+    assert capsys.readouterr().err == ""
+
+
 def test_the_page_on_reduction_runs_as_printed(tmp_path, monkeypatch, capsys):
     text = (ROOT / "docs" / "reduction.md").read_text(encoding="utf-8")
     for export in (ROOT / "examples" / "mirror_flexure").iterdir():
@@ -67,6 +81,19 @@ def test_the_page_on_the_experiment_runs_as_printed(tmp_path, monkeypatch, capsy
         assert words in printed, words
     assert names["comparison"].total_share_inside > 0.97
     assert (tmp_path / "y1_u6.png").stat().st_size > 10_000
+
+
+def test_the_page_on_reviews_runs_as_printed(tmp_path, monkeypatch, capsys):
+    text = (ROOT / "docs" / "review.md").read_text(encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    names = {}
+    for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
+        exec(compile(block, "review.md", "exec"), names)
+    printed = capsys.readouterr().out
+    for words in ("heavier base plate", "box.cog.z: 0.15 -> 0.1", "box.mass: 12 -> 13", "NOT MET"):
+        assert words in printed, words
+    assert names["history"].model("B") == names["model"]
+    assert 1e5 < (tmp_path / "review.html").stat().st_size < 2e6
 
 
 def test_the_page_on_model_files_runs_as_printed(tmp_path, monkeypatch, capsys):

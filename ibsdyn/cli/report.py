@@ -10,7 +10,7 @@ from ibsdyn.cli.outcome import FINE, REMARKS, Outcome
 from ibsdyn.errors import ModelError
 from ibsdyn.history import History
 from ibsdyn.model import Model
-from ibsdyn.report import report
+from ibsdyn.reporting import report
 
 NAME = "report"
 SUMMARY = "write one HTML page for the design review, which opens anywhere, offline"

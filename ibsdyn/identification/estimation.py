@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 from numbers import Integral, Real
@@ -11,7 +10,7 @@ import numpy as np
 import scipy.signal
 
 from ibsdyn.axes import Array
-from ibsdyn.errors import AnalysisError, RecordWarning, known_keywords, nearest
+from ibsdyn.errors import AnalysisError, RecordWarning, known_keywords, nearest, warn_user
 from ibsdyn.identification import blackman_tukey, welch
 from ibsdyn.identification.channels import Channels, checked_channels
 from ibsdyn.identification.cross_spectra import CrossSpectra
@@ -176,12 +175,11 @@ def _multisine(channels: Channels, period: int | None, drop_periods: int, lines:
 
 def _from_spectra(channels: Channels, spectra: CrossSpectra, regression: Regression, words: str) -> FrfEstimate:
     if regression.degrees_of_freedom <= 0:
-        warnings.warn(
+        warn_user(
             f"{spectra.averages.effective:.3g} averages for {channels.n_inputs} inputs leave nothing to estimate a "
             "variance with: the response has no confidence region. Take a shorter window (window_length=) or measure "
             "longer.",
             RecordWarning,
-            stacklevel=4,
         )
     return FrfEstimate(
         frequencies=spectra.frequencies,
@@ -224,11 +222,10 @@ def _warn_of_narrow_peaks(estimate: FrfEstimate, method: str) -> None:
             f"{estimate.n_averages:.3g} averages a record {factor:.3g} times as long"
         )
     more = f" ({places} resonances are as narrow)" if places > 1 else ""
-    warnings.warn(
+    warn_user(
         f"{estimate.outputs[worst.output]!r} over {estimate.inputs[worst.input]!r} has a resonance at "
         f"{worst.frequency:.4g} Hz no wider than {worst.width:.2g} Hz (half power), but {effect}; {cure}{more}.",
         RecordWarning,
-        stacklevel=4,
     )
 
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 
 import numpy as np
 
 from ibsdyn.axes import Array
-from ibsdyn.errors import RecordError, RecordWarning
+from ibsdyn.errors import RecordError, RecordWarning, warn_user
 from ibsdyn.identification.cross_spectra import ComplexArray, CrossSpectra
 from ibsdyn.identification.effective_averages import after_regression
 
@@ -66,11 +65,10 @@ def h1(spectra: CrossSpectra, n_inputs: int, names: tuple[str, ...]) -> Regressi
     coherence = 1.0 - np.einsum("fii->fi", left).real / np.where(power > 0, power, 1.0)
     if np.any(coherence > 1.0 + 1e-6) or np.any(power < 0):
         count = int(np.count_nonzero((coherence > 1.0 + 1e-6).any(axis=1) | (power < 0).any(axis=1)))
-        warnings.warn(
+        warn_user(
             f"the lag window makes spectra negative at {count} of {len(power)} frequencies, where the confidence "
             'region means nothing; window="parzen" cannot do that.',
             RecordWarning,
-            stacklevel=4,
         )
     floored = _floored(left, ROUNDING * np.abs(power))
     partial = partial_coherence(response, np.einsum("fii->fi", floored).real, inverse)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +9,7 @@ import scipy.fft
 from numpy.typing import NDArray
 
 from ibsdyn.axes import Array
-from ibsdyn.errors import RecordError, RecordWarning
+from ibsdyn.errors import RecordError, RecordWarning, warn_user
 from ibsdyn.identification.channels import Channels
 from ibsdyn.identification.cross_spectra import ComplexArray
 from ibsdyn.identification.estimators import ROUNDING, Regression, inverse_power, partial_coherence
@@ -134,20 +133,18 @@ def periodic_estimate(
         residual, nu = left @ left.conj().transpose(0, 2, 1) / between, between
     elif noise is not None:
         residual, nu = noise, spare
-        warnings.warn(
+        warn_user(
             f"{len(runs)} run{'s' if len(runs) > 1 else ''} for {q} input{'s' if q > 1 else ''}: the confidence region "
             "holds the noise between periods only. Nonlinear distortions repeat with every period; more runs with "
             "other random phases show them.",
             RecordWarning,
-            stacklevel=5,
         )
     else:
         residual, nu = np.full_like(left @ left.conj().transpose(0, 2, 1), np.nan), 0
-        warnings.warn(
+        warn_user(
             f"one period in each of {len(runs)} runs for {q} inputs leaves nothing to estimate a variance with: the "
             "response has no confidence region. Record two periods or more, or more runs.",
             RecordWarning,
-            stacklevel=5,
         )
     residual = _floored(residual, ROUNDING * power)
     coherence, partial = _coherences(runs, Y, left, scatter, gain, response, spare + between > 0)
@@ -290,20 +287,18 @@ def _check_periodic(channels: Channels, runs: list[_Periods], shares: list[list[
                 'differs from period to period. Check the period and the clocks, or take method="welch" or "spectral".'
             )
         if share > SUSPICIOUS:
-            warnings.warn(
+            warn_user(
                 f"{where}: {100 * share:.0f} % of the inputs' power differs from one period of {run.length} samples to "
                 "the next: much noise, a period that is not exact, or clocks that drift.",
                 RecordWarning,
-                stacklevel=6,
             )
         if run.count > 2:
             first, others = squares[0].sum(), squares[1:].sum(axis=1)
             if first > TRANSIENT * others.max():
-                warnings.warn(
+                warn_user(
                     f"{where}: the first period differs from the others {np.sqrt(first / others.max()):.0f} times more "
                     "than they do from each other: a transient. Leave it out (drop_periods=).",
                     RecordWarning,
-                    stacklevel=6,
                 )
 
 

@@ -8,7 +8,7 @@ from html import escape
 from typing import Any
 
 from ibsdyn.history import History
-from ibsdyn.report.html import Cell, badge, number, paragraph, table
+from ibsdyn.reporting.html import Cell, badge, number, paragraph, table
 
 # A logarithmic axis where values lie further apart.
 DECADES = 30.0

@@ -10,7 +10,7 @@ from html import escape
 from ibsdyn.errors import IbsdynError
 from ibsdyn.linear_system import LinearSystem
 from ibsdyn.model import Model
-from ibsdyn.report.html import Cell, badge, gauge, paragraph, table, with_unit
+from ibsdyn.reporting.html import Cell, badge, gauge, paragraph, table, with_unit
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from ibsdyn.axes import INERTIA_NAMES, STIFFNESS_NAMES
 from ibsdyn.components import Connection, Fixation, FlexibleBody, Inertia1D, RigidBody
 from ibsdyn.model import Model
-from ibsdyn.report.html import Cell, number, point, table
-from ibsdyn.signals import CombinedSensor
+from ibsdyn.reporting.html import Cell, number, point, table
+from ibsdyn.signals import CombinedSensor, Input, Sensor
 
 
 def component_tables(model: Model) -> str:
@@ -109,22 +109,23 @@ def _fixations(model: Model) -> str:
 
 def _signals(model: Model) -> str:
     rows: list[Sequence[Cell]] = []
-    for kind, signals in (("input", model.inputs), ("sensor", model.sensors)):
-        for signal in signals.values():
-            if isinstance(signal, CombinedSensor):
-                parts = " ".join(f"{weight:+.4g} {part.name}" for weight, part in signal.parts)
-                rows.append((signal.name, "combined sensor", parts, "", "", signal.unit))
-                continue
-            direction = signal.direction if isinstance(signal.direction, str) else f"({point_of(signal.direction)})"
-            position = getattr(signal, "position", None)
-            what = kind if kind == "sensor" else type(signal).__name__
-            rows.append(
-                (signal.name, what, signal.item, direction, "" if position is None else point(position), signal.unit)
-            )
+    for name, signal in model.inputs.items():
+        rows.append((name, type(signal).__name__, *_place(signal), signal.unit))
+    for name, sensor in model.sensors.items():
+        if isinstance(sensor, CombinedSensor):
+            sums = " + ".join(f"{number(weight)} · {part.name}" for weight, part in sensor.parts)
+            rows.append((name, f"combined sensor: {sums}", "", "", "", sensor.unit))
+        else:
+            rows.append((name, f"sensor, {sensor.quantity}", *_place(sensor), sensor.unit))
     head = [("name", "name"), ("kind", ""), ("on", ""), ("direction", ""), ("at x, y, z [mm]", ""), ("unit", "")]
     return table(head, rows) if rows else ""
 
 
-def point_of(values: Sequence[float]) -> str:
-    """Return a direction's components."""
-    return ", ".join(number(value, 3) for value in values)
+def _place(signal: Input | Sensor) -> tuple[str, str, str]:
+    """Return the item, the direction and the position of a signal in words."""
+    direction = signal.direction
+    words = direction if isinstance(direction, str) else f"({', '.join(number(value, 3) for value in direction)})"
+    position = getattr(signal, "position", None)  # torques, strokes and base motions have none
+    relative = getattr(signal, "relative_to", None)
+    on = signal.item if relative is None else f"{signal.item}, relative to {relative}"
+    return on, words, "" if position is None else point(position)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from ibsdyn.comparison import Comparison
-from ibsdyn.report.html import Cell, number, paragraph, table
+from ibsdyn.reporting.html import Cell, number, paragraph, table
 
 
 def comparison_section(comparison: Comparison) -> str:

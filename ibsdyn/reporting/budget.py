@@ -11,11 +11,13 @@ from ibsdyn.budget import VibrationBudget, vibration_budget
 from ibsdyn.errors import IbsdynError
 from ibsdyn.linear_system import LinearSystem
 from ibsdyn.model import Model
-from ibsdyn.report.html import ZOOM, Cell, number, paragraph, table, with_unit
-from ibsdyn.report.packing import packed
+from ibsdyn.reporting.html import ZOOM, Cell, number, paragraph, table, with_unit
+from ibsdyn.reporting.packing import packed
 
 # Shares of power below this are not told.
 SHOWN_SHARE = 0.005
+# So many contributions are named.
+NAMED = 4
 # Points of a curve.
 MOST_LINES = 2500
 
@@ -54,7 +56,8 @@ def budget_section(budget: VibrationBudget | None, words: str) -> str:
 
 
 def _largest(shares: dict[str, float]) -> list[str]:
-    return [f"{name} {100 * share:.3g} %" for name, share in list(shares.items())[:3] if abs(share) >= SHOWN_SHARE]
+    named = [f"{name} {100 * share:.3g} %" for name, share in shares.items() if abs(share) >= SHOWN_SHARE]
+    return named[:NAMED] + ["…"] * (len(named) > NAMED)
 
 
 def budget_data(budget: VibrationBudget) -> list[dict[str, Any]]:

@@ -15,13 +15,13 @@ from ibsdyn.frequency_response import FrequencyResponse, unit_ratio
 from ibsdyn.identification.frf_estimate import FrfEstimate
 from ibsdyn.linear_system import LinearSystem
 from ibsdyn.model import Model
-from ibsdyn.report.packing import packed
+from ibsdyn.reporting.packing import packed
 from ibsdyn.resonance_grid import poles, resonance_grid
 from ibsdyn.signals import Input, Output
 
 # Of all curves of a page together; one curve has so many lines at most.
-MOST_VALUES, MOST_LINES = 400_000, 3000
-FEWEST_LINES = 300
+MOST_VALUES, MOST_LINES = 120_000, 2500
+FEWEST_LINES = 200
 
 
 def default_band(system: LinearSystem, modes: int) -> tuple[float, float]:

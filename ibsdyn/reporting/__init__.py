@@ -1,5 +1,5 @@
 """One self-contained HTML page about a model, for a design review."""
 
-from ibsdyn.report.document import report
+from ibsdyn.reporting.document import report
 
 __all__ = ["report"]

@@ -96,7 +96,8 @@ class Chart {
     const take = (y) => { if (Number.isFinite(y) && (!panel.log || y > 0)) { low = Math.min(low, y); high = Math.max(high, y); } };
     for (const curve of this.visible(panel)) for (let i = 0; i < curve.x.length; i++) if (curve.x[i] >= from && curve.x[i] <= to) take(curve.y[i]);
     for (const limit of panel.limits || []) { if (limit.steps) limit.steps.forEach((step) => take(step[2])); else take(limit.y); }
-    if (low > high) return panel.log ? [0.1, 10] : [0, 1];
+    panel.empty = low > high || (low === 0 && high === 0);
+    if (panel.empty) return panel.log ? [0.1, 10] : [0, 1];
     if (panel.log) { const room = Math.max(1.15, (high / low) ** (panel.limits ? 0.16 : 0.05)); return [low / room, high * room]; }
     const room = (panel.limits ? 0.2 : 0.08) * (high - low) || Math.abs(high) * 0.1 || 1;
     return [panel.fromZero && low >= 0 ? 0 : low - room, high + room];
@@ -140,6 +141,7 @@ class Chart {
       }
       drawing.append(group, svg("rect", {class: "frame", x: left, y: y0, width: inner, height: panel.height}));
       const middle = y0 + panel.height / 2;
+      if (panel.empty) drawing.append(svg("text", {x: left + inner / 2, y: middle, "text-anchor": "middle"}, "zero throughout"));
       drawing.append(svg("text", {x: 15, y: middle, "text-anchor": "middle", transform: `rotate(-90 15 ${middle})`}, carried));
       panel.geometry = {y0, py};
       y0 += panel.height + gap;

@@ -23,16 +23,17 @@ from ibsdyn.history import History
 from ibsdyn.model import Model
 from ibsdyn.modes import Modes
 from ibsdyn.provenance import fidelity_of, input_hash, versions
-from ibsdyn.report.budget import budget_data, budget_of, budget_section
-from ibsdyn.report.comparison import comparison_section
-from ibsdyn.report.components import component_tables
-from ibsdyn.report.history import history_data, history_section
-from ibsdyn.report.html import ZOOM, Cell, Section, listed, number, paragraph, table
-from ibsdyn.report.modes import mode_data, mode_section
-from ibsdyn.report.packing import json_for_script
-from ibsdyn.report.requirements import checked_requirements, requirement_section
-from ibsdyn.report.responses import comparison_data, default_band, labels, response_data
-from ibsdyn.report.scene import scene_data
+from ibsdyn.reporting.budget import budget_data, budget_of, budget_section
+from ibsdyn.reporting.comparison import comparison_section
+from ibsdyn.reporting.components import component_tables
+from ibsdyn.reporting.history import history_data, history_section
+from ibsdyn.reporting.html import ZOOM, Cell, Section, listed, number, paragraph, table
+from ibsdyn.reporting.modes import mode_data, mode_section
+from ibsdyn.reporting.packing import json_for_script
+from ibsdyn.reporting.requirements import checked_requirements, requirement_section
+from ibsdyn.reporting.responses import comparison_data, default_band, labels, response_data
+from ibsdyn.reporting.scene import scene_data
+from ibsdyn.resonance_grid import checked_band
 
 
 @known_keywords
@@ -107,7 +108,7 @@ def _page(
     shown = systems[0].modes()
     elastic = np.flatnonzero(~shown.rigid)[:count]
     numbers = [int(n) for n in (*np.flatnonzero(shown.rigid), *elastic)]
-    limits = default_band(systems[0], count) if band is None else (float(band[0]), float(band[1]))
+    limits = default_band(systems[0], count) if band is None else checked_band(band)
     checked = [checked_requirements(each, system) for each, system in zip(models, systems, strict=True)]
     named = {name: (each, system) for name, each, system in zip(names, models, systems, strict=True)}
     responses, missing = response_data(named, limits)
@@ -134,7 +135,7 @@ def _page(
         sections.append(Section("history", "History", history_section(history)))
     made = datetime.now(timezone.utc)
     sections.append(Section("origin", "Where this comes from", _origin(model, others, names)))
-    assets = resources.files("ibsdyn.report") / "assets"
+    assets = resources.files("ibsdyn.reporting") / "assets"
     script = "\n".join((assets / name).read_text(encoding="utf-8") for name in ("scene.js", "charts.js", "page.js"))
     digest = base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii")
     return Template((assets / "page.html").read_text(encoding="utf-8")).substitute(
@@ -237,7 +238,8 @@ def _write(target: Path, page: str) -> Path:
     """Write whole or not at all."""
     try:
         with whole_file(target) as temporary:
-            temporary.write_text(page, encoding="utf-8", newline="\n")
+            # Half a surrogate pair in a name cannot be written; a question mark is better than no report.
+            temporary.write_text(page, encoding="utf-8", errors="replace", newline="\n")
     except OSError as error:
         raise ReportError(f"report: {target} cannot be written: {error.strerror or error}.") from error
     return target

@@ -13,11 +13,11 @@ from ibsdyn.errors import ModelError
 from ibsdyn.model import Model
 from ibsdyn.modes import Modes
 from ibsdyn.picture import Shape, arrow, lined_up_shapes, shapes_in_space
-from ibsdyn.report.packing import packed
+from ibsdyn.reporting.packing import packed
 from ibsdyn.signals import CombinedSensor, Input, Sensor, Stroke, Torque
 
-# What keeps a page with twenty modes of fine meshes below a few megabytes.
-MOST_POINTS = 6000
+# What keeps a page below a few megabytes: points of meshes, and points times modes.
+MOST_POINTS, MOST_MOTIONS = 6000, 120_000
 # The largest motion is drawn as this share of the model's size, before the reader turns it up or down.
 DRAWN_SHARE = 0.1
 BODY_COLOURS = ("#3b76af", "#d08a2e", "#5a9a68", "#8a6bb1", "#b5655f", "#4a9aa8", "#9a8450", "#6b7f94")
@@ -29,7 +29,10 @@ def scene_data(model: Model, modes: Modes, numbers: Sequence[int]) -> dict[str, 
     """Return parts, points and the motion of the points in some modes (from 0)."""
     assembly = model.assembly()
     if assembly.axis is None:
-        shapes = [*shapes_in_space(assembly, MOST_POINTS), *_arrows(assembly, model)]
+        shapes = [
+            *shapes_in_space(assembly, min(MOST_POINTS, MOST_MOTIONS // max(len(numbers), 1))),
+            *_arrows(assembly, model),
+        ]
     else:
         shapes = list(lined_up_shapes(assembly))
     points = np.vstack([shape.points for shape in shapes])
@@ -89,20 +92,16 @@ def _parts(shapes: Iterable[Shape]) -> list[dict[str, Any]]:
 
 def _arrows(assembly: Assembly, model: Model) -> list[Shape]:
     arrows = []
-    signals: list[tuple[str, Input | Sensor]] = [
-        *(("input", signal) for signal in model.inputs.values()),
-        *(
-            ("sensor", part)
-            for sensor in model.sensors.values()
-            for part in ([part for _, part in sensor.parts] if isinstance(sensor, CombinedSensor) else [sensor])
-        ),
-    ]
-    for kind, signal in signals:
+    signals: list[tuple[str, str, Input | Sensor]] = [(name, "input", signal) for name, signal in model.inputs.items()]
+    for name, sensor in model.sensors.items():
+        parts = [part for _, part in sensor.parts] if isinstance(sensor, CombinedSensor) else [sensor]
+        signals += [(name, "sensor", part) for part in parts]
+    for name, kind, signal in signals:
         try:
             item, place, direction, turns = _where(assembly, signal)
         except ModelError:
             continue  # a signal that this model does not have: model.check() tells, and the page prints that
-        arrows.append(arrow(assembly, signal.name, kind, item, place, direction, turns))
+        arrows.append(arrow(assembly, name, kind, item, place, direction, turns))
     return arrows
 
 

@@ -8,11 +8,13 @@ from typing import Any
 
 from ibsdyn.axes import Array
 from ibsdyn.modes import Modes
-from ibsdyn.report.html import Cell, number, paragraph, table
+from ibsdyn.reporting.html import Cell, number, paragraph, table
 
 # Shares of energy below this are left out of the bars.
 SHOWN_SHARE = 0.005
 MOST_BARS = 8
+# So many parts are named in the table.
+NAMED = 4
 
 
 def mode_section(modes: Modes, numbers: Sequence[int]) -> str:
@@ -62,7 +64,9 @@ def _ranked(shares: Mapping[str, Array], n: int) -> list[tuple[str, float]]:
 
 
 def _leading(shares: Mapping[str, Array], n: int) -> str:
-    return ", ".join(f"{name} {100 * share:.0f} %" for name, share in _ranked(shares, n)[:3])
+    ranked = _ranked(shares, n)
+    words = ", ".join(f"{name} {100 * share:.0f} %" for name, share in ranked[:NAMED])
+    return f"{words}, …" if len(ranked) > NAMED else words
 
 
 def _raised(error: float) -> str:
