@@ -16,6 +16,9 @@ import tempfile
 from pathlib import Path
 
 os.environ.setdefault("MPLBACKEND", "Agg")
+# Small matrices all along, and other work on the machine: threads of BLAS that wait for each other cost ten times more.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+os.environ["COLUMNS"] = "100"  # the width of the help of the command line
 DOCS = Path(__file__).resolve().parent
 ROOT = DOCS.parent
 sys.path[:0] = [str(DOCS), str(ROOT)]
@@ -61,6 +64,7 @@ def _stage(source: Path, draft: bool) -> None:
     """Put pages, pictures and settings into the folder that Sphinx reads."""
     shutil.copy(DOCS / "conf.py", source)
     shutil.copytree(DOCS / "_static", source / "_static")
+    (source / "written").mkdir()
     for picture in DOCS.glob("*.png"):
         shutil.copy(picture, source)
     for path, text in reference_pages().items():
@@ -69,13 +73,21 @@ def _stage(source: Path, draft: bool) -> None:
     for page in sorted(DOCS.glob("*.md")):
         text = page.read_text(encoding="utf-8")
         if not draft:
-            with tempfile.TemporaryDirectory() as folder:
-                text = executed(page, Path(folder))
-                for picture in Path(folder).glob("*.png"):
-                    shutil.copy(picture, source)
+            with tempfile.TemporaryDirectory() as scratch:
+                folder = Path(scratch) / f"{page.stem}_files"
+                folder.mkdir()
+                text = executed(page, folder)
+                _copy(folder, "*.png", source / folder.name)
+                _copy(folder, "*.html", source / "written" / folder.name)
             if TABLES in text:
                 text = text.replace(TABLES, validation_tables(_validation(source.parent)))
         (source / page.name).write_text(text, encoding="utf-8")
+
+
+def _copy(folder: Path, pattern: str, target: Path) -> None:
+    for file in folder.glob(pattern):
+        target.mkdir(parents=True, exist_ok=True)
+        shutil.copy(file, target)
 
 
 def _validation(folder: Path) -> Path:

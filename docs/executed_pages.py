@@ -32,8 +32,8 @@ def executed(page: Path, folder: Path) -> str:
 
     Returns
     -------
-    The text of the page; after each block what it printed, what it warned of and the PNG files it wrote, where the page
-    does not show those already.
+    The text of the page; after each block what it printed and warned of, the PNG files it wrote, where the page does
+    not show those already, and links to the HTML files. Both are named as in ``folder``, under the folder's own name.
 
     Raises
     ------
@@ -49,20 +49,29 @@ def executed(page: Path, folder: Path) -> str:
         shutil.copy(export, folder)
     with _in_folder(folder), plt.rc_context(SETTINGS):
         for number, block in enumerate(BLOCK.finditer(text), start=1):
-            before = {path: path.stat().st_mtime_ns for path in folder.glob("*.png")}
+            before = _written(folder)
             try:
                 output = _output(compile(block[1], f"{page.name}, block {number}", "exec"), names)
             except Exception as error:
                 raise RuntimeError(f"{page.name}: block {number} fails: {error}") from error
-            drawn = sorted(
-                (path for path in folder.glob("*.png") if before.get(path) != path.stat().st_mtime_ns),
-                key=lambda path: path.stat().st_mtime_ns,
-            )
+            after = _written(folder)
+            new = sorted((path for path in after if before.get(path) != after[path]), key=after.__getitem__)
             parts += [text[end : block.end()], _printed(output)]
-            parts += [f"\n![{path.stem.replace('_', ' ')}]({path.name})\n" for path in drawn if path.name not in shown]
+            parts += [_shown(path) for path in new if path.name not in shown]
             end = block.end()
         plt.close("all")
     return "".join([*parts, text[end:]])
+
+
+def _written(folder: Path) -> dict[Path, int]:
+    """Return when each figure and each report in a folder was written."""
+    return {path: path.stat().st_mtime_ns for kind in ("*.png", "*.html") for path in folder.glob(kind)}
+
+
+def _shown(path: Path) -> str:
+    if path.suffix == ".png":
+        return f"\n![{path.stem.replace('_', ' ')}]({path.parent.name}/{path.name})\n"
+    return f'\n<p class="written"><a href="{path.parent.name}/{path.name}">Open {path.name}</a></p>\n'
 
 
 def _output(code: Any, names: dict[str, Any]) -> str:

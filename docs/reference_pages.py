@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-import argparse
+import contextlib
 import importlib
 import inspect
+import io
 import sys
 from dataclasses import dataclass
 from types import ModuleType
 
 from docstrings import escaped
 
-from ibsdyn.cli.main import parser
+from ibsdyn.cli.main import COMMANDS, parser
 
 PACKAGES = {"ibsdyn": "ibs", "fem_import": "fi"}
 
@@ -70,7 +71,7 @@ def reference_pages() -> dict[str, str]:
         for group in own:
             pages[f"api/{group.page}.rst"] = _page(group)
             names = ", ".join(f":py:obj:`{short}.{name} <{package}.{name}>`" for name in group.names)
-            index += [f":doc:`{group.title} <{group.page}>`: {group.purpose}", "", f"   {names}", ""]
+            index += [f":doc:`{group.title} <{group.page}>`", f"    {group.purpose}", "", f"    {names}", ""]
     pages["api/command_line.rst"] = _command_line()
     pages["api/index.rst"] = "\n".join(index)
     return pages
@@ -78,14 +79,19 @@ def reference_pages() -> dict[str, str]:
 
 def _command_line() -> str:
     """Return what ``ibsdyn --help`` and the help of each command print."""
-    whole = parser()
     title = "Command line"
-    lines = [title, "=" * len(title), "", *_literal(whole.format_help())]
-    choices = next(action.choices for action in whole._actions if isinstance(action, argparse._SubParsersAction))
-    for name, command in choices.items():
-        heading = f"ibsdyn {name}"
-        lines += [heading, "-" * len(heading), "", *_literal(command.format_help())]
+    lines = [title, "=" * len(title), "", *_literal(_help())]
+    for command in COMMANDS:
+        heading = f"ibsdyn {command.NAME}"
+        lines += [heading, "-" * len(heading), "", *_literal(_help(command.NAME))]
     return "\n".join(lines)
+
+
+def _help(*command: str) -> str:
+    stream = io.StringIO()
+    with contextlib.redirect_stdout(stream), contextlib.suppress(SystemExit):
+        parser().parse_args([*command, "--help"])
+    return stream.getvalue()
 
 
 def _literal(text: str) -> list[str]:

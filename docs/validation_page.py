@@ -18,7 +18,8 @@ def validation_tables(found: Path) -> str:
     tables = []
     for kind in kinds:
         rows = [_row(check) for check in checks if check["against"] == kind]
-        tables.append("\n".join([f"## {kind[0].upper()}{kind[1:]}\n", HEAD, *rows]))
+        table = "\n".join([HEAD, *rows])
+        tables.append(f'## {kind[0].upper()}{kind[1:]}\n\n<div class="validation">\n\n{table}\n\n</div>')
     return "\n\n".join(tables)
 
 
@@ -29,11 +30,17 @@ def _row(check: dict[str, Any]) -> str:
         _numbers(check["expected"]),
         _numbers(check["found"]),
         f"{check['deviation']:.1e}",
-        f"{check['tolerance']:.0e} {check['scale']}",
+        _allowed(check),
         check["source"],
-        f"`{check['test']}`",
+        f"`{check['test'].removeprefix('tests/').replace('::', ' ')}`",
     ]
     return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
+
+
+def _allowed(check: dict[str, Any]) -> str:
+    if not check["tolerance"]:
+        return "exact"
+    return f"{check['tolerance']:.0e}" + ("" if check["relative"] else f" {check['unit'] or 'absolute'}")
 
 
 def _numbers(values: list[float]) -> str:

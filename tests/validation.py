@@ -54,7 +54,7 @@ def validated(request: pytest.FixtureRequest, record_property: Callable[[str, ob
                 "found": got.ravel().tolist(),
                 "deviation": float(deviation.max()),
                 "tolerance": rtol if rtol is not None else atol,
-                "scale": "relative" if rtol is not None else (unit or "absolute"),
+                "relative": rtol is not None,
                 "test": request.node.nodeid.split("[")[0],
             },
         )
