@@ -133,19 +133,36 @@ def sensitivities(model: ibs.Model, rounds: int) -> None:
     }
     values = model.parameters()
 
-    def differences(evaluate: Callable[[ibs.LinearSystem], Any]) -> None:
+    def differences(evaluate: Callable[[ibs.LinearSystem], np.ndarray]) -> np.ndarray:
+        derivatives = []
         for address, step in steps.items():
-            for sign in (1, -1):
+            above, below = (
                 evaluate(model.with_parameters({address: values[address] + sign * step}).linearize())
+                for sign in (1, -1)
+            )
+            derivatives.append((above - below) / (2 * step))
+        return np.array(derivatives)
 
+    def frequencies_and_ratios(system: ibs.LinearSystem) -> np.ndarray:
+        modes = system.modes()
+        return np.concatenate([modes.frequencies[:MODES], modes.damping_ratios[:MODES]])
+
+    def responses(system: ibs.LinearSystem) -> np.ndarray:
+        return system.frf(INPUTS, OUTPUTS, FREQUENCIES).response
+
+    def alike(exact: np.ndarray, by_differences: np.ndarray) -> bool:
+        size = np.abs(by_differences).max(axis=0)
+        return bool((np.abs(exact - by_differences) <= 1e-3 * np.abs(by_differences) + 1e-3 * size).all())
+
+    assert alike(found.derivatives.T, differences(frequencies_and_ratios)), "sensitivities differ from differences"
     cases = {
         "frequencies and ratios of 20 modes": (
             lambda _: ibs.sensitivities(model, quantities),
-            lambda _: differences(lambda system: system.modes()),
+            lambda _: differences(frequencies_and_ratios),
         ),
         "6 x 6 responses at 1000 frequencies": (
             lambda _: ibs.response_sensitivities(model, INPUTS, OUTPUTS, FREQUENCIES),
-            lambda _: differences(lambda system: system.frf(INPUTS, OUTPUTS, FREQUENCIES)),
+            lambda _: differences(responses),
         ),
     }
     print(f"sensitivities to {len(steps)} parameters, exact against central differences")

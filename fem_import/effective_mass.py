@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from fem_import.errors import ReductionError
+from fem_import.errors import ReductionError, UnknownKeywordError
+from fem_import.keywords import known_keywords
 from fem_import.reduced_body import FRAME_DIRECTIONS, ReducedBody
 from fem_import.rigid_motion import rigid_motion_at
 
@@ -61,6 +62,10 @@ class EffectiveMasses:
             lines.append(f"{name:>18}" + "".join(f"{100 * share:>9.3f}" for share in shares_of))
         return "\n".join(lines)
 
+    def __repr__(self) -> str:
+        """Return the same, which says more at a prompt than the arrays."""
+        return str(self)
+
     def plot(self, axes: Axes | None = None) -> Axes:
         """Draw the mass collected by the modes over frequency, a step line for each direction; return the axes."""
         from matplotlib import pyplot  # here: drawing is optional and slow to import
@@ -84,6 +89,7 @@ class EffectiveMasses:
         return axes
 
 
+@known_keywords(UnknownKeywordError)
 def effective_masses(body: ReducedBody) -> EffectiveMasses:
     """Return the modal effective masses of a body.
 

@@ -73,6 +73,10 @@ class ExportReport:
         lines += [f"! {finding}" for finding in self.findings] or ["no findings"]
         return "\n".join(lines)
 
+    def __repr__(self) -> str:
+        """Return the same, which says more at a prompt than the arrays."""
+        return str(self)
+
 
 def _numbers(values: NDArray[np.float64]) -> str:
     return ", ".join(f"{value:.6g}" for value in values)

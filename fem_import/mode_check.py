@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from fem_import.errors import ReductionError
+from fem_import.errors import ReductionError, UnknownKeywordError
 from fem_import.factorization import factorize
 from fem_import.fe_model import FEModel
 from fem_import.flexible_modes import flexible_modes
+from fem_import.keywords import known_keywords
 from fem_import.lanczos import lowest_modes
 from fem_import.reduced_body import ReducedBody
 from fem_import.rigid_motion import rigid_motion_of_dofs
@@ -76,6 +77,10 @@ class ModeCheck:
             lines.append(f"     Sturm count: {counted}")
         return "\n".join(lines)
 
+    def __repr__(self) -> str:
+        """Return the same, which says more at a prompt than the arrays."""
+        return str(self)
+
     def plot(self, axes: Axes | None = None) -> Axes:
         """Draw the frequency error of the reduction over frequency, with the cut-off; return the axes."""
         from matplotlib import pyplot  # here: drawing is optional and slow to import
@@ -89,14 +94,30 @@ class ModeCheck:
         return axes
 
 
+@known_keywords(UnknownKeywordError)
 def mode_check(
     part: FEModel, body: ReducedBody, n_modes: int | None = None, max_frequency: float | None = None
 ) -> ModeCheck:
     """Compare the flexible modes of a body with those of the full model.
 
-    n_modes: how many, or max_frequency [Hz]: up to where; default all up to the body's cut-off. The full
-    modes come from K + shift M, which can be factored although K of a free part cannot. Raises ReductionError
-    if the body is not of this part.
+    Parameters
+    ----------
+    part : the model that the body was reduced from.
+    body : of ``fi.reduce``; the MAC needs its basis, which ``save`` leaves out unless told otherwise.
+    n_modes : how many flexible modes, or
+    max_frequency : up to where [Hz]; all up to the body's cut-off if neither is given.
+
+    Returns
+    -------
+    ModeCheck.
+
+    Raises
+    ------
+    ReductionError : the body is not of this part, or no mode lies in the range.
+
+    Notes
+    -----
+    The full modes come from K + shift M, which can be factored although K of a free part cannot.
     """
     if body.basis is not None and len(body.basis) != len(part.dofs):
         raise ReductionError(

@@ -67,6 +67,10 @@ class TieComparison:
                 lines.append(f"{direction:>4} {soft:>13.6g} {stiff:>13.6g} {100 * spreads[index]:>7.2f} %")
         return "\n".join(lines)
 
+    def __repr__(self) -> str:
+        """Return the same, which says more at a prompt than the arrays."""
+        return str(self)
+
     def plot(self, axes: Axes | None = None) -> Axes:
         """Draw the spread of each frequency and of each interface's six stiffnesses; return the axes."""
         from matplotlib import pyplot  # here: drawing is optional and slow to import

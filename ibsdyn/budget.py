@@ -143,6 +143,10 @@ class VibrationBudget:
                 lines.append(f"  by {by}: {shown or '-'}")
         return "\n".join(lines)
 
+    def __repr__(self) -> str:
+        """Return the same, which says more at a prompt than the arrays."""
+        return str(self)
+
     def plot(self, limit: float | Mapping[str, float] | None = None, axes: np.ndarray | None = None) -> np.ndarray:
         """Draw the PSD above and the cumulative RMS below, total and by source, a column for each output.
 

@@ -139,6 +139,10 @@ class Comparison:
             lines += ["  ".join(f"{value:5.2f}" for value in row) for row in self.mac]
         return "\n".join(lines)
 
+    def __repr__(self) -> str:
+        """Return the same, which says more at a prompt than the arrays."""
+        return str(self)
+
     def plot(self, axes: Sequence[Axes] | np.ndarray | None = None) -> np.ndarray:
         """Draw model (dashed black), test (red) and its region over frequency, magnitude, phase and coherence.
 

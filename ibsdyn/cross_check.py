@@ -66,6 +66,10 @@ class CrossCheck:
         lines += [f"  {amplitude:.3g} {self.input_unit}: {why}" for amplitude, why in self.failures.items()]
         return "\n".join(lines)
 
+    def __repr__(self) -> str:
+        """Return the same, which says more at a prompt than the arrays."""
+        return str(self)
+
     def plot(self, axes: Sequence[object] | np.ndarray | None = None) -> np.ndarray:
         """Draw the responses over frequency, the linear one dashed black, and the deviation over amplitude.
 

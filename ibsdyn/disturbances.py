@@ -217,7 +217,6 @@ class Tone:
         )
 
 
-RandomDisturbance = Disturbance | CorrelatedDisturbance
 AnyDisturbance = Disturbance | CorrelatedDisturbance | Tone
 
 

@@ -52,6 +52,14 @@ class Excitation:
         kept.setflags(write=False)
         object.__setattr__(self, "samples", kept)
 
+    def __repr__(self) -> str:
+        """Name the length, the rate and the size."""
+        what = f"{self.periods} periods of {self.n_samples}" if self.is_periodic else f"{self.n_samples}"
+        return (
+            f"{type(self).__name__}({self.name!r}: {what} samples at {self.sample_rate:g} Hz, RMS {self.rms:.4g}, "
+            f"crest factor {self.crest_factor:.3g})"
+        )
+
     @property
     def n_samples(self) -> int:
         """Samples of one period, or of all."""

@@ -205,6 +205,10 @@ class BeamPath:
                     lines.append(f"{title} {axis} per motion of {label}: {', '.join(shown) or 'none'}")
         return "\n".join(lines)
 
+    def __repr__(self) -> str:
+        """Return the same, which says more at a prompt than the arrays."""
+        return str(self)
+
 
 def _distance(at: Array, d: Array, mirror: FlatMirror) -> float:
     n, place = np.array(mirror.normal), np.array(mirror.position)

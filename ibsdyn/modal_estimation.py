@@ -50,6 +50,10 @@ class ModalEstimate:
             lines.append(f"{r + 1:4d}  {frequency:14.4g}  {100 * ratio:8.3g}")
         return "\n".join(lines)
 
+    def __repr__(self) -> str:
+        """Return the same, which says more at a prompt than the arrays."""
+        return str(self)
+
 
 @known_keywords
 def estimate_modes(

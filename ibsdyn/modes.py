@@ -67,6 +67,10 @@ class Modes:
             lines.append(f"      ... {len(self) - shown} more, up to {self.frequencies[-1]:.4g} Hz")
         return "\n".join(lines)
 
+    def __repr__(self) -> str:
+        """Return the same, which says more at a prompt than the arrays."""
+        return str(self)
+
     def to_dataframe(self) -> Any:
         """Return a pandas.DataFrame of frequencies, damping ratios and energy shares (extra ``pandas``)."""
         from ibsdyn.interchange.views import modes_to_dataframe
@@ -150,13 +154,17 @@ def undamped_modes(M: Array, parts: Sequence[ElasticPart]) -> tuple[Array, Array
     # An orthonormal basis whose first columns are the rigid motions and whose others are the rest.
     basis = scipy.linalg.qr(L.T @ free)[0] if count else np.eye(n)
     rows = np.vstack([np.zeros((1, n)), *(part.rows[:, :n] for part in parts)])
-    weighted = scipy.linalg.solve_triangular(L, rows.T, lower=True).T
-    _, singular, right = np.linalg.svd(weighted @ basis[:, count:], full_matrices=True)
+    weighted = scipy.linalg.solve_triangular(L, rows.T, lower=True, check_finite=False).T
+    if count:
+        weighted = weighted @ basis[:, count:]
+    # The left singular vectors are of no use: a triangular factor has the same values and right vectors.
+    triangle = np.linalg.qr(weighted, mode="r") if len(weighted) > n - count else weighted
+    _, singular, right = np.linalg.svd(triangle, full_matrices=True)
     elastic = basis[:, count:] @ right[::-1].T
     values = np.zeros(n - count)
     values[: len(singular)] = singular[: n - count]
     omega = np.concatenate([np.zeros(count), values[::-1]])
-    shapes = scipy.linalg.solve_triangular(L.T, np.hstack([basis[:, :count], elastic]))
+    shapes = scipy.linalg.solve_triangular(L.T, np.hstack([basis[:, :count], elastic]), check_finite=False)
     # The sign of an eigenvector is arbitrary; the largest coordinate is made positive so that runs agree.
     largest = np.abs(shapes).argmax(axis=0)
     shapes = shapes * np.where(shapes[largest, np.arange(n)] < 0, -1.0, 1.0)

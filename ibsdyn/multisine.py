@@ -32,7 +32,7 @@ CLIPPING_ROUNDS = 400
 Amplitude = float | ArrayLike | Callable[[Array], ArrayLike]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Multisine(Excitation):
     """A sum of sinusoids, sum A_k cos(2 pi f_k t + phi_k), as many samples a period as the lines need.
 

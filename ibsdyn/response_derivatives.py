@@ -19,6 +19,9 @@ from ibsdyn.signals import BaseMotion, CombinedSensor, Force, Input, Output, Sen
 
 Complex = NDArray[np.complex128]
 
+# Rows of derivatives that are calculated at once: as much as the cache holds.
+BLOCK_BYTES = 2**20
+
 
 class ResponseDerivatives:
     """Responses of a system and their derivatives, between chosen inputs and outputs.
@@ -102,24 +105,22 @@ class ResponseDerivatives:
             -static_rate @ self._base,
             turned @ loads[2] - M @ self._base - inertia @ self._base_changes,
         ]
-        count, n_out, n_in = len(self._changes), len(rows), self._base.shape[1]
         direct = base_rows @ self._base
         direct_changes = self._row_changes[:, :, n:] @ self._base + base_rows @ self._base_changes
         response = np.repeat(direct[:, :, None].astype(complex), len(omega), axis=2)
-        derivatives = np.repeat(direct_changes[..., None].astype(complex), len(omega), axis=3)
         squared = inverse**2
+        terms: list[tuple[Array, Complex]] = [(direct_changes[..., None], np.ones((1, len(omega)), dtype=complex))]
         for power in range(3):
             f, df = loads[power], load_changes[power]
             factor = (1j * omega) ** power
             if f.any():
                 response += ((rows[:, None, :] * f.T) @ inverse) * factor
             residues = row_changes[:, :, None, :] * f.T + rows[:, None, :] * np.swapaxes(df, 1, 2)[:, None]
-            _add(derivatives, residues, inverse * factor)
+            terms.append((residues, inverse * factor))
             # Repeated frequencies have blocks; both modes of a pair have the same 1 / Z².
-            _add(derivatives, -_blocks(rows, modes.eigenvalue_blocks, f), squared * factor)
-            _add(derivatives, -_blocks(rows, modes.damping_blocks, f), squared * (factor * 1j * omega))
-        assert derivatives.shape == (count, n_out, n_in, len(omega))
-        return response, derivatives
+            terms.append((-_blocks(rows, modes.eigenvalue_blocks, f), squared * factor))
+            terms.append((-_blocks(rows, modes.damping_blocks, f), squared * (factor * 1j * omega)))
+        return response, _sum_of_products(terms, (len(self._changes), len(rows), self._base.shape[1], len(omega)))
 
     def _coupled(self, omega: Array) -> tuple[Complex, Complex]:
         basis = self._basis
@@ -166,12 +167,19 @@ def _blocks(rows: Array, blocks: Array, loads: Array) -> Array:
     return residues
 
 
-def _add(derivatives: Complex, residues: Array, dynamic: Complex) -> None:
-    """Add residues (P, n_out, n_in, n) times dynamic (n, n_freq); real times complex as one real product."""
-    if not residues.any():
-        return
-    both = np.ascontiguousarray(dynamic).view(float)
-    derivatives += (residues.reshape(-1, len(dynamic)) @ both).view(complex).reshape(derivatives.shape)
+def _sum_of_products(terms: Sequence[tuple[Array, Complex]], shape: tuple[int, ...]) -> Complex:
+    """Return the sum of residues (P, n_out, n_in, m) times dynamics (m, n_freq): one real product, block by block."""
+    kept = [(residues, dynamic) for residues, dynamic in terms if residues.any()]
+    result = np.zeros(shape, dtype=complex)
+    if not kept:
+        return result
+    residues = np.concatenate([own.reshape(-1, own.shape[-1]) for own, _ in kept], axis=1)
+    dynamic = np.concatenate([own for _, own in kept]).view(float)
+    flat = result.view(float).reshape(len(residues), -1)
+    step = max(1, BLOCK_BYTES // (8 * flat.shape[1]))
+    for start in range(0, len(flat), step):
+        np.matmul(residues[start : start + step], dynamic, out=flat[start : start + step])
+    return result
 
 
 def _order(signal: Input | Output) -> int:

@@ -141,6 +141,10 @@ class StiffnessShares:
         lines.append(f"deflection {self.deflection:.4g}, lowest frequency {self.frequency:.4g} Hz")
         return "\n".join(lines)
 
+    def __repr__(self) -> str:
+        """Return the same, which says more at a prompt than the arrays."""
+        return str(self)
+
 
 @known_keywords
 def distribute_stiffness(

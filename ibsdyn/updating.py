@@ -107,11 +107,13 @@ class Fit:
         for address, unit, before, after, spread in rows:
             shown = "" if unit == "-" else f" {unit}"
             lines.append(f"  {address:30} {before:11.5g} -> {after:11.6g} ± {spread:.2g}{shown}")
-        ratio = self.chi_squared / self.degrees_of_freedom if self.degrees_of_freedom else float("nan")
-        lines.append(
-            f"  chi² / degrees of freedom = {self.chi_squared:.4g} / {self.degrees_of_freedom} = {ratio:.3g} "
-            f"(probability {self.probability:.2g})"
-        )
+        if self.degrees_of_freedom:
+            lines.append(
+                f"  chi² / degrees of freedom = {self.chi_squared:.4g} / {self.degrees_of_freedom} = "
+                f"{self.chi_squared / self.degrees_of_freedom:.3g} (probability {self.probability:.2g})"
+            )
+        else:
+            lines.append("  as many data as parameters: none is left to tell whether the model can be right")
         lines += [f"  Undetermined: {words}" for words in self.undetermined]
         return "\n".join(lines)
 

@@ -48,12 +48,6 @@ def lined_up_shapes(assembly: Assembly) -> tuple[Shape, ...]:
     return tuple(shapes)
 
 
-def lined_up_centres(assembly: Assembly) -> dict[str, Array]:
-    """Return where the parts of a 1-D model are drawn."""
-    assert assembly.axis is not None
-    return _chain(assembly, DIRECTIONS.index(assembly.axis) % 3)
-
-
 def _chain(assembly: Assembly, along: int) -> dict[str, Array]:
     """Place items by how many connections they are from the first fixation (or item), siblings side by side."""
     neighbours: dict[str, list[str]] = {name: [] for name in assembly.items}

@@ -43,7 +43,7 @@ def _new_axes(rows: int, wide: int) -> np.ndarray:
     import matplotlib.pyplot as plt
 
     _, grid = plt.subplots(
-        rows, wide, figsize=(max(6.5, 1.0 + 3.6 * wide), 0.4 + 3.1 * rows), layout="constrained", squeeze=False
+        rows, wide, figsize=(max(8.5, 1.0 + 3.6 * wide), 0.4 + 3.1 * rows), layout="constrained", squeeze=False
     )
     return np.asarray(grid, dtype=object)
 
@@ -72,7 +72,8 @@ def _histogram(results: StudyResults, column: int, panel: Axes) -> None:
     panel.set_xlabel(_label(results, column))
     panel.set_ylabel("variants")
     panel.set_title(f"{results.study.name}: {len(values)} variants", fontsize="medium")
-    panel.legend(loc="best", fontsize="small")
+    # Beside the panel: there is no place in it that no bar reaches.
+    panel.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize="small")
 
 
 def _curve(results: StudyResults, column: int, place: int, panel: Axes, first: bool) -> None:

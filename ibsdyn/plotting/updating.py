@@ -33,5 +33,5 @@ def plot_fit(fit: Fit, axes: Axes | None) -> Axes:
     axes.set_xlabel("change from the first guess")
     axes.set_title(f"{fit.model.name}: fitted parameters", fontsize="medium")
     axes.grid(True, axis="x", alpha=0.25, linewidth=0.5)
-    axes.legend(loc="best", fontsize="small")
+    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize="small")
     return axes

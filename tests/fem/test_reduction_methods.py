@@ -1,7 +1,9 @@
 """Free-interface, static and selected bases, sensor points, effective masses and the cache: against dense algebra."""
 
+import io
 import os
 import re
+import sys
 
 import numpy as np
 import pytest
@@ -308,3 +310,18 @@ def test_a_cache_that_is_a_file_is_refused(flexure, tmp_path):
 def test_bad_participation(flexure, share, method):
     with pytest.raises(fi.ReductionError, match="min_participation"):
         fi.reduce(flexure, ENDS, 60e3, method=method, min_participation=share)
+
+
+def test_a_terminal_sees_the_stages_and_a_file_nothing(flexure, monkeypatch):
+    class Terminal(io.StringIO):
+        def isatty(self):
+            return True
+
+    for stream, seen in ((Terminal(), True), (io.StringIO(), False)):
+        monkeypatch.setattr(sys, "stderr", stream)
+        fi.reduce(flexure, ENDS, 60e3)
+        text = stream.getvalue()
+        assert bool(text) == seen
+        if seen:
+            for stage in ("reducing arrays", "checking the export", "factoring", "modes below 60000 Hz", "projection"):
+                assert stage in text

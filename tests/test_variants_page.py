@@ -1,0 +1,22 @@
+"""The page on variants runs as it is printed."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).parents[1]
+
+
+def test_the_page_runs_as_printed(tmp_path, monkeypatch, capsys):
+    text = (ROOT / "docs" / "variants.md").read_text(encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    names = {}
+    for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
+        exec(compile(block, "variants.md", "exec"), names)
+    printed = capsys.readouterr().out
+    assert "frequency of mode 1" in printed
+    assert "above the crane: met by" in printed
+    assert (tmp_path / "tornado.png").stat().st_size > 5000
+    assert (tmp_path / "tolerances.jsonl").exists()
+    np.testing.assert_allclose(names["frequencies"], names["measured"].frequencies, atol=0.05)
