@@ -9,11 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from docutils import nodes
-from docutils.utils.math.latex2mathml import tex2mathml
 from sphinx.addnodes import pending_xref
 from sphinx.application import Sphinx
 from sphinx.transforms import SphinxTransform
-from sphinx.writers.html5 import HTML5Translator as SphinxTranslator
 
 import ibsdyn
 
@@ -31,7 +29,6 @@ highlight_language = "none"
 smartquotes = False
 
 myst_heading_anchors = 3
-myst_enable_extensions = ["dollarmath"]
 
 autodoc_member_order = "bysource"
 autodoc_typehints_format = "short"
@@ -45,7 +42,6 @@ html_title = "ibsdyn"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_show_sphinx = False
-html_math_renderer = "mathml"
 html_copy_source = False
 html_extra_path = ["written"]  # the reports that the pages write
 html_theme_options = {"navigation_with_keys": True}
@@ -93,20 +89,8 @@ def _signature(
     return signature, returns
 
 
-def _inline_mathml(translator: SphinxTranslator, node: nodes.math) -> None:
-    translator.body.append(tex2mathml(node.astext()))
-    raise nodes.SkipNode
-
-
-def _block_mathml(translator: SphinxTranslator, node: nodes.math_block) -> None:
-    translator.body.append(f'<div class="math">{tex2mathml(node.astext(), as_block=True)}</div>')
-    raise nodes.SkipNode
-
-
 def setup(app: Sphinx) -> None:
     """Connect what is above to Sphinx."""
-    # Browsers know MathML; MathJax would come from the net, and the site is to open without one.
-    app.add_html_math_renderer("mathml", (_inline_mathml, None), (_block_mathml, None))
     app.connect("autodoc-process-docstring", _docstring)
     app.connect("autodoc-process-signature", _signature)
     app.add_transform(PublicNames)

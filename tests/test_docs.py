@@ -54,7 +54,6 @@ def test_the_site_takes_nothing_from_the_net(site):
         assert not re.search(
             r'(?:src|href)="(?:https?:)?//[^"]*\.(?:js|css|woff2?)', page.read_text(encoding="utf-8")
         ), page
-    assert "<math" in (site / "conventions.html").read_text(encoding="utf-8")
 
 
 def test_a_folder_with_something_else_is_not_replaced(tmp_path):
@@ -78,14 +77,6 @@ def test_the_tutorial_runs_as_printed(tmp_path):
     assert (tmp_path / "review.html").stat().st_size > 100_000
     figures = re.findall(r"^!\[.*\]\(.*/(.*)\.png\)$", page, re.MULTILINE)
     assert figures == ["fidelities", "first_mode", "budget", "sensitivities", "sweep", "tolerances", "test", "history"]
-
-
-def test_the_page_on_studies_runs_as_printed(tmp_path):
-    output, _ = printed("studies.md", tmp_path)
-    assert "400 variants" in output
-    fitted = [float(found) for found in re.findall(r"box\.\S+ .*-> +(\S+) ±", output)]
-    assert fitted == pytest.approx([12.6, 0.157], rel=0.02)  # what was put in, from frequencies to 0.05 Hz
-    assert "Warning" not in output
 
 
 def test_the_pages_on_conventions_and_import_run_as_printed(tmp_path):
