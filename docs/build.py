@@ -79,6 +79,9 @@ def _stage(source: Path, draft: bool) -> None:
                 text = executed(page, folder)
                 _copy(folder, "*.png", source / folder.name)
                 _copy(folder, "*.html", source / "written" / folder.name)
+                for picture in folder.glob("*.png"):
+                    if (source / picture.name).exists():  # the page shows it by name: as it is now
+                        shutil.copy(picture, source)
             if TABLES in text:
                 text = text.replace(TABLES, validation_tables(_validation(source.parent)))
         (source / page.name).write_text(text, encoding="utf-8")

@@ -7,6 +7,7 @@ import importlib
 import inspect
 import io
 import sys
+from collections.abc import Iterable
 from dataclasses import dataclass
 from types import ModuleType
 
@@ -118,5 +119,5 @@ def _in_order(public: ModuleType, names: list[str]) -> tuple[str, ...]:
     return tuple(sorted(names, key=line))
 
 
-def _indented(names: object) -> str:
+def _indented(names: Iterable[str]) -> str:
     return "\n".join(f"   {name}" for name in names)
