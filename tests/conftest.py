@@ -6,6 +6,7 @@ import pytest
 
 os.environ.setdefault("MPLBACKEND", "Agg")
 sys.path.insert(0, str(Path(__file__).parent))
+pytest_plugins = ["validation"]
 
 SHARED = Path(__file__).resolve().parents[2] / "shared"
 

@@ -41,29 +41,32 @@ STRETCH = ibs.Sensor("m", "x", quantity="displacement", relative_to="wall", name
 
 @pytest.mark.filterwarnings("ignore:connection 'k'. zeta:ibsdyn.ModelWarning")
 @pytest.mark.parametrize("zeta", [1e-6, 1e-3, 0.01, 0.3, 1.0, 3.0])
-def test_white_force_on_one_dof(zeta):
+def test_white_force_on_one_dof(zeta, validated):
     """sigma² = S / (8 zeta m² omega³) for a one-sided S in N²/Hz."""
     system = oscillator(zeta=zeta)
     force = ibs.Disturbance("noise", ibs.Force("m", "x"), ibs.PSD.white(3.0, WIDE, "N"))
     rms = ibs.RmsResponse(STRETCH, force).evaluate(system)
-    assert rms == pytest.approx(math.sqrt(3.0 / (8 * zeta * 4.0 * (2 * np.pi * 50) ** 3)), rel=2e-5)
+    expected, source = math.sqrt(3.0 / (8 * zeta * 4.0 * (2 * np.pi * 50) ** 3)), "σ² = S / (8 ζ m² ω³)"
+    what = f"RMS stretch, white force, zeta {zeta:g}"
+    validated(what, source, expected, rms, rtol=2e-5, against="closed forms", unit="m")
 
 
 @pytest.mark.parametrize("zeta", [1e-5, 0.005, 0.1])
-def test_miles(zeta):
+def test_miles(zeta, validated):
     """Stretch under white base acceleration, and absolute acceleration, g RMS² = pi f Q S / 2 (1 + 4 zeta²)."""
     f, S = 50.0, 0.7
     system = oscillator(f, zeta)
     base = ibs.Disturbance("shaker", ibs.BaseMotion("wall", "x"), ibs.PSD.white(S, WIDE))
     budget = ibs.vibration_budget(system, [STRETCH, ibs.Sensor("m", "x", name="acceleration")], base)
     Q, w = 1 / (2 * zeta), 2 * np.pi * f
-    assert budget.rms[0] == pytest.approx(math.sqrt(math.pi / 2 * f * Q * S) / w**2, rel=1e-5)
+    stretch, what = math.sqrt(math.pi / 2 * f * Q * S) / w**2, f"RMS stretch, white base acceleration, zeta {zeta:g}"
+    validated(what, "Miles", stretch, budget.rms[0], rtol=1e-5, against="closed forms", unit="m")
     assert budget.rms[0] == pytest.approx(math.sqrt(budget.cumulative_power[0, -1]), rel=1e-9)
     # With a damper the mass follows high frequencies: 4 zeta² f_n² / f² above resonance, gone beyond the band.
     assert budget.rms[1] == pytest.approx(math.sqrt(math.pi / 2 * f * Q * S * (1 + 4 * zeta**2)), rel=2e-5)
 
 
-def test_two_dof_force_against_the_lyapunov_equation():
+def test_two_dof_force_against_the_lyapunov_equation(validated):
     """White force: the stationary covariance solves A P + P A^T + B B^T S/2 = 0 (scipy, hand-made A)."""
     system = chain()
     M, K = np.diag([2.0, 0.5]), np.array([[11e4, -3e4], [-3e4, 3e4]])
@@ -86,10 +89,18 @@ def test_two_dof_force_against_the_lyapunov_equation():
         ibs.Sensor("b", "x", quantity="displacement", relative_to="a"),
     ]
     power = ibs.vibration_budget(system, outputs, correlated).power
-    np.testing.assert_allclose(power, [P[0, 0], P[1, 1], P[3, 3], P[0, 0] + P[1, 1] - 2 * P[0, 1]], rtol=2e-5)
+    validated(
+        "mean squares of two masses under two correlated white forces",
+        "Lyapunov equation, SciPy, A and B by hand",
+        [P[0, 0], P[1, 1], P[3, 3], P[0, 0] + P[1, 1] - 2 * P[0, 1]],
+        power,
+        rtol=2e-5,
+        against="calculations by hand",
+        unit="m², (m/s)²",
+    )
 
 
-def test_monte_carlo_in_time():
+def test_monte_carlo_in_time(validated):
     """Filtered noise integrated in time by scipy: the RMS lies within the scatter of the sample."""
     rng = np.random.default_rng(5)
     system = chain()
@@ -110,7 +121,15 @@ def test_monte_carlo_in_time():
     power = ibs.RmsResponse(sensor, disturbance).evaluate(system) ** 2
     scatter = blocks.std(ddof=1) / math.sqrt(20)
     assert scatter < 0.05 * power
-    assert abs(blocks.mean() - power) < 3.0 * scatter
+    validated(
+        "mean square of a chain under shaped base noise",
+        "SciPy's lsim, 190 s; allowed: three times its scatter",
+        power,
+        blocks.mean(),
+        atol=3.0 * scatter,
+        against="runs in time",
+        unit="m²",
+    )
 
 
 def three_d():

@@ -18,5 +18,5 @@ def test_it_runs_and_shows_what_it_says(tmp_path, monkeypatch, capsys):
         assert words in printed, words
     assert sum(names["budget"].shares("part").values()) == pytest.approx(1)
     assert next(iter(names["budget"].shares("part"))) == "mount.kyy"
-    for figure in ("budget.png", "shock.png"):
+    for figure in ("vibration_budget.png", "shock.png"):
         assert matplotlib.image.imread(tmp_path / figure).shape[0] > 300

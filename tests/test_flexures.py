@@ -37,16 +37,19 @@ def slices(boundaries, height, width):
     return total
 
 
-def test_case_13():
+def test_case_13(validated):
     size = {"length": 0.05, "width": 0.02, "thickness": 3e-4, "youngs_modulus": 1.93e11}
     leaf = ibs.leaf_spring(**size)
     shear = 0.05 / (5 / 6 * 1.93e11 / 2.6 * 0.02 * 3e-4)  # which the case leaves out
     assert 1 / (1 / leaf["ky"] - shear) == pytest.approx(833.76, rel=1e-6)
-    assert leaf["ky"] == pytest.approx(833.76, rel=2e-4)
+    book = {"source": "Soemers, Design Principles for Precision Mechanisms", "against": "closed forms"}
+    validated("leaf spring 12EI/L³ (shear adds 1e-4)", expected=833.76, found=leaf["ky"], rtol=2e-4, unit="N/m", **book)
     guide = ibs.parallel_guide(spacing=0.06, **size)
-    assert guide["ky"] == pytest.approx(1667.52, rel=2e-4)
+    validated("parallel guide 24EI/L³", expected=1667.52, found=guide["ky"], rtol=2e-4, unit="N/m", **book)
     assert math.sqrt(guide["ky"] / 1.2) / (2 * math.pi) == pytest.approx(5.9329, rel=1e-4)
-    assert ibs.cross_flexure(**size)["kzz"] == pytest.approx(0.3474, rel=1e-6)
+    pivot = ibs.cross_flexure(**size)["kzz"]
+    papers = {"source": "Haringx 1949; Wittrick 1951", "against": "closed forms"}
+    validated("cross flexure 2EI/L", expected=0.3474, found=pivot, rtol=1e-6, unit="N·m/rad", **papers)
     assert ibs.cross_flexure_rotation(**size) == pytest.approx(0.3474, rel=1e-6)
     assert ibs.guide_shortening(1e-3, 0.05) == pytest.approx(1.2e-5, rel=1e-9)
 
@@ -57,20 +60,32 @@ def test_leaf_against_a_chain_of_slices():
     np.testing.assert_allclose(compliance, np.diag(1 / np.array(leaf.stiffness)), rtol=1e-5, atol=1e-15)
 
 
-def test_notch_against_a_chain_of_slices():
+def test_notch_against_a_chain_of_slices(validated):
     r, t, b = 5e-3, 0.4e-3, 8e-3
     hinge = ibs.notch_hinge(r, t, b, E, NU)
     places = r * np.sin(np.linspace(-np.pi / 2, np.pi / 2, 4001))
     compliance = slices(places, lambda x: t + 2 * r - 2 * math.sqrt(r**2 - x**2), b)
     np.testing.assert_allclose(compliance, np.diag(1 / np.array(hinge.stiffness)), rtol=1e-4, atol=1e-13)
+    sum_of_slices = 1 / np.diag(compliance)
+    validated(
+        "notch hinge, six stiffnesses",
+        "4000 beam slices in series",
+        sum_of_slices,
+        hinge.stiffness,
+        rtol=1e-4,
+        against="calculations by hand",
+        unit="N/m, N·m/rad",
+    )
 
 
-def test_thin_notch_tends_to_the_published_limits():
+def test_thin_notch_tends_to_the_published_limits(validated):
     """Paros and Weisbord for t << r: 2 E b t^2.5 / (9 pi sqrt r), and E b / (pi sqrt(r/t) - 2.57) axially."""
     r, b = 10e-3, 5e-3
     for t, tolerance in ((1e-4, 0.02), (1e-6, 2e-4)):
         hinge = ibs.notch_hinge(r, t, b, E, NU)
-        assert hinge["kzz"] == pytest.approx(2 * E * b * t**2.5 / (9 * np.pi * math.sqrt(r)), rel=tolerance)
+        limit = 2 * E * b * t**2.5 / (9 * np.pi * math.sqrt(r))
+        what, source = f"notch hinge, t/r = {t / r:g}: limit for thin notches", "Paros and Weisbord 1965"
+        validated(what, source, limit, hinge["kzz"], rtol=tolerance, against="closed forms", unit="N·m/rad")
         axial = E * b / (np.pi * math.sqrt(r / t) - 1 - np.pi / 2)
         assert hinge["kx"] == pytest.approx(axial, rel=tolerance)
 

@@ -450,6 +450,19 @@ def test_the_figure_shows_the_band_and_says_what_it_is():
     assert band.min() == pytest.approx(np.maximum(low, 1e-3 * estimate.magnitude).min())
 
 
+def test_the_band_of_a_phase_about_180_degrees_does_not_jump():
+    rng = np.random.default_rng(0)
+    u = rng.standard_normal(20_000)
+    record = ibs.TimeRecord([u, -u + 0.3 * rng.standard_normal(u.size)], ["u", "y"], ["N", "m"], 1000.0)
+    estimate = ibs.estimate_frf(record, "u", "y", "welch", window_length=1024)
+    assert np.abs(np.diff(estimate.phase[0, 0])).max() > 300  # the line itself does
+    bands = estimate.plot()[1, 0].collections
+    heights = [path.vertices[:, 1] for band in bands for path in band.get_paths()]
+    assert max(np.abs(np.diff(height[1:-1])).max() for height in heights) < 100
+    # ... and it is there on both sides
+    assert min(h.min() for h in heights) < -180 < 180 < max(h.max() for h in heights)
+
+
 def test_it_says_what_it_is():
     text = repr(ibs.estimate_frf(noise_record(n=20_000), "u1", "y1", "spectral", window_length=500))
     assert "spectral analysis, Hann lag window of 500 samples" in text

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import scipy.linalg
 from analytic import RandomAssembly, lever, random_rotation, scaled_error
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -10,6 +11,22 @@ import ibsdyn as ibs
 
 seeds = st.integers(0, 10_000)
 few = settings(max_examples=15, deadline=None)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_frequencies_of_ten_random_bodies_are_those_of_the_assembly_by_hand(seed, validated):
+    random = RandomAssembly(seed, apart=0.05)
+    M, K, _ = random.matrices()
+    by_hand = np.sqrt(scipy.linalg.eigh(K[:60, :60], M[:60, :60], eigvals_only=True)) / (2 * np.pi)
+    validated(
+        f"ten random bodies, springs between distinct points: 60 frequencies (assembly {seed})",
+        "NumPy assembly, SciPy eigenvalues",
+        by_hand,
+        random.model(ibs).linearize().modes().frequencies,
+        rtol=1e-9,
+        against="calculations by hand",
+        unit="Hz",
+    )
 
 
 @few

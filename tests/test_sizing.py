@@ -5,11 +5,14 @@ import pytest
 import ibsdyn as ibs
 
 
-def test_case_13_stiffness_and_frequency():
+def test_case_13_stiffness_and_frequency(validated):
     """Corrected eq. (6): the mirror's deflection, the beam's twice as large, the frequency without inertia."""
-    assert ibs.required_stiffness(2e-3, 5.0, deflection=5e-6) == pytest.approx(2000.0)
+    by = {"against": "closed forms", "rtol": 1e-5}
+    stiffness = ibs.required_stiffness(2e-3, 5.0, deflection=5e-6)
+    validated("required stiffness", "torque balance k = I φ̈ / δ", 2000.0, stiffness, unit="N·m/rad", **by)
     assert ibs.required_stiffness(2e-3, 5.0, beam_deflection=1e-5) == pytest.approx(2000.0)
-    assert ibs.required_frequency(5.0, deflection=5e-6) == pytest.approx(159.155, rel=1e-5)
+    frequency = ibs.required_frequency(5.0, deflection=5e-6)
+    validated("required frequency", "ω² = φ̈ / δ", 159.155, frequency, unit="Hz", **by)
     assert ibs.required_frequency(5.0, beam_deflection=1e-5) == pytest.approx(159.155, rel=1e-5)
     assert ibs.mirror_deflection(beam_angle=1e-5) == pytest.approx(5e-6)
     assert ibs.mirror_deflection(beam_displacement=3e-5, distance=3.0) == pytest.approx(5e-6)

@@ -43,5 +43,10 @@ def shade(
     magnitude.fill_between(frequencies, low, high, color=color, alpha=0.25, linewidth=0, label=words)
     magnitude.set_ylim(limits)
     low, high = (bound[0, 0] for bound in one.phase_bounds(confidence))
-    for turn in (-360.0, 0.0, 360.0):  # a band across +-180 deg goes on at the other side
-        phase.fill_between(frequencies, low + turn, high + turn, color=color, alpha=0.25, linewidth=0)
+    # A phase that scatters about +-180 deg jumps, its band must not: it is drawn unwrapped, and once for each turn
+    # that reaches into the panel.
+    wrapped = one.phase[0, 0]
+    turned = np.unwrap(wrapped, period=360.0) - wrapped
+    low, high = low + turned, high + turned
+    for turn in range(int(-(high.max() + 180) // 360), int((180 - low.min()) // 360) + 1):
+        phase.fill_between(frequencies, low + 360 * turn, high + 360 * turn, color=color, alpha=0.25, linewidth=0)

@@ -28,7 +28,7 @@ def edit(path, change):
     path.write_text(change(path.read_text()))
 
 
-def test_rotor_of_case_09():
+def test_rotor_of_case_09(validated):
     part = fi.read(sample("rotor", "rotorDiscTest.inp"), units="SI")
     report = part.report()
     assert report.is_free
@@ -36,7 +36,15 @@ def test_rotor_of_case_09():
     found = frequencies(1e-2 * part.K, part.M)
     assert np.all(found[:6] < 1e-2)
     assert found[6] == pytest.approx(104.6370132606291, rel=1e-9)
-    np.testing.assert_allclose(found[6:9], [104.63701, 104.63701, 187.82409], rtol=1e-6)
+    validated(
+        "free rotor out of Abaqus' matrices (E / 100), first elastic frequencies",
+        "Exudyn's test models: the same rotor from Abaqus and Ansys",
+        [104.63701, 104.63701, 187.82409],
+        found[6:9],
+        rtol=1e-6,
+        against="other programs",
+        unit="Hz",
+    )
 
 
 def test_rotor_on_springs_of_case_09_reduced():

@@ -346,11 +346,19 @@ def test_full_file_without_the_constrained_rows(full):
     np.testing.assert_allclose(part.K.toarray(), BLOCK.K.toarray()[np.ix_(free, free)], rtol=1e-14, atol=1e-4)
 
 
-def test_full_files_of_ansys():
+def test_full_files_of_ansys(validated):
     folder = sample("ansys_full")
     beam = fi.read(folder / "file.full", units="SI", nodes=folder / "HexBeam.cdb")
     assert beam.K.shape == (900, 900)
-    np.testing.assert_allclose(frequencies(beam.K, beam.M)[:3], [1283.20, 1283.20, 5781.975], rtol=1e-6)
+    validated(
+        "clamped beam out of Ansys' file.full, first frequencies",
+        "PyMAPDL Reader's example, same file",
+        [1283.20, 1283.20, 5781.975],
+        frequencies(beam.K, beam.M)[:3],
+        rtol=1e-6,
+        against="other programs",
+        unit="Hz",
+    )
     nodes = sample("rotor", "rotorAnsysNodalCoordinates.txt")
     rotor = fi.read(folder / "sparse.full", units="SI", nodes=nodes)
     found = frequencies(rotor.K, rotor.M)

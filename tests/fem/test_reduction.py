@@ -202,7 +202,7 @@ def test_fv4_cantilever_with_masses_off_its_tip():
     np.testing.assert_allclose(found, [1.723, 1.727, 7.413, 9.972, 18.155, 26.957], rtol=5e-4)
 
 
-def test_the_published_rotor_on_springs(shared):
+def test_the_published_rotor_on_springs(shared, validated):
     """Case 09: frequencies on springs at averaged and rigid interfaces, K unscaled, 20 modes and more."""
     folder = shared / "data" / "rotor"
     table = np.loadtxt(folder / "rotorDiscTestSTIF1.mtx")
@@ -230,7 +230,15 @@ def test_the_published_rotor_on_springs(shared):
         for row in (0, 1, 2, 6, 7):
             stiffness[row, row] += 2e8
         found = np.sqrt(np.maximum(eigh(stiffness, body.M, eigvals_only=True), 0))[1:9] / (2 * np.pi)
-        np.testing.assert_allclose(found, reference, rtol=1e-4)
+        validated(
+            f"rotor on springs, Craig-Bampton with {tie} interfaces",
+            "Exudyn's test models: the rotor exported by Abaqus",
+            reference,
+            found,
+            rtol=1e-4,
+            against="other programs",
+            unit="Hz",
+        )
 
 
 def test_a_low_cut_off_warns_with_a_figure(flexure):
