@@ -195,8 +195,9 @@ class StudyResults:
         """Return a table: nominal value and scatter of each quantity, odds, failures."""
         samples = self.study.samples
         lines = [f"{self.study.name}: {len(self.values)} variants of {len(samples.addresses)} parameters"]
-        spread = "mean   standard deviation" if samples.random else "lowest              highest"
-        lines.append(f"  {'quantity':36} {'nominal':>11} {spread:>26} {'5 %':>11} {'50 %':>11} {'95 %':>11}")
+        spread = ("mean", "deviation (1σ)") if samples.random else ("lowest", "highest")
+        titles = (f"{spread[0]:>12}", f"{spread[1]:>14}", *(f"{percent:>11}" for percent in ("5 %", "50 %", "95 %")))
+        lines.append(f"  {'quantity':36} {'nominal':>11} {' '.join(titles)}")
         for column, (name, unit) in enumerate(zip(self.quantities, self.units, strict=True)):
             label = name if unit == "-" else f"{name} [{unit}]"
             own = self.values[:, column]
@@ -205,9 +206,9 @@ class StudyResults:
                 lines.append(f"  {label:36} {self.nominal[column]:11.5g}  no variant was calculated")
                 continue
             pair = (own.mean(), own.std(ddof=1) if len(own) > 1 else 0.0) if samples.random else (own.min(), own.max())
-            shown = "  ".join(f"{value:12.5g}" for value in pair)
+            shown = f"{pair[0]:12.5g} {pair[1]:14.5g}"
             percentiles = " ".join(f"{value:11.5g}" for value in np.percentile(own, (5, 50, 95)))
-            lines.append(f"  {label:36} {self.nominal[column]:11.5g} {shown:>26} {percentiles}")
+            lines.append(f"  {label:36} {self.nominal[column]:11.5g} {shown} {percentiles}")
         if samples.random and self.study.requirements:
             lines += [f"  {odds}" for odds in self.odds()]
         if self.failed:

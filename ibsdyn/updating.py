@@ -96,7 +96,7 @@ class Fit:
     @property
     def probability(self) -> float:
         """How probable a misfit of this size or a larger one is, if the model is right; nan without spare data."""
-        if not self.degrees_of_freedom:
+        if self.degrees_of_freedom <= 0:
             return float("nan")
         return float(scipy.stats.chi2.sf(self.chi_squared, self.degrees_of_freedom))
 
@@ -107,7 +107,7 @@ class Fit:
         for address, unit, before, after, spread in rows:
             shown = "" if unit == "-" else f" {unit}"
             lines.append(f"  {address:30} {before:11.5g} -> {after:11.6g} ± {spread:.2g}{shown}")
-        if self.degrees_of_freedom:
+        if self.degrees_of_freedom > 0:
             lines.append(
                 f"  chi² / degrees of freedom = {self.chi_squared:.4g} / {self.degrees_of_freedom} = "
                 f"{self.chi_squared / self.degrees_of_freedom:.3g} (probability {self.probability:.2g})"
@@ -366,7 +366,7 @@ def _warn(result: Fit, at_bounds: Sequence[str]) -> None:
             f"fit of {result.model.name!r}: {in_words(list(at_bounds))} ended at a bound; the model may be another "
             "than the machine, and uncertainties do not hold there."
         )
-    if result.degrees_of_freedom and result.probability < IMPROBABLE:
+    if result.degrees_of_freedom > 0 and result.probability < IMPROBABLE:
         ratio = result.chi_squared / result.degrees_of_freedom
         warn_user(
             f"fit of {result.model.name!r}: the misfit is {ratio:.3g} times what the uncertainties of the measurement "
