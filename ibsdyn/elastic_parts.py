@@ -15,7 +15,7 @@ import scipy.linalg
 
 from fem_import import ReducedBody
 from ibsdyn.assembly import Assembly, Joint
-from ibsdyn.axes import Array, rotate_six
+from ibsdyn.axes import Array
 from ibsdyn.components import FlexibleBody
 
 # A direction that strains less than this share of the stiffest geometry is free. Stiffness itself plays no part.
@@ -132,10 +132,9 @@ def _size(assembly: Assembly, at_centre: Sequence[Array], letter: str) -> Array:
 
 
 def _joint_rows(joint: Joint) -> Array:
-    connection = joint.connection
-    finite = np.array([0.0 if np.isinf(k) else k for k in connection.stiffness])
-    local = joint.relative if len(finite) == 1 else rotate_six(connection.axes_matrix).T @ joint.relative
-    rows: Array = (np.sqrt(finite)[:, None] * local)[finite > 0]
+    stiffness = np.array(joint.connection.stiffness)
+    strains = (stiffness > 0) & np.isfinite(stiffness)
+    rows: Array = np.sqrt(stiffness[strains])[:, None] * joint.deformation[strains]
     return rows
 
 
