@@ -56,7 +56,8 @@ class Joint:
     @cached_property
     def locks(self) -> Array:
         """The (m, n) rows that are zero in every motion which respects the locked directions."""
-        return self.deformation[np.array(self.connection.locked)]
+        locked: Array = self.deformation[np.array(self.connection.locked)]
+        return locked
 
 
 class Assembly:

@@ -12,7 +12,7 @@ import numpy as np
 from ibsdyn.assembly import Assembly, body_mass_matrix
 from ibsdyn.axes import Array
 from ibsdyn.damping import damping_matrix, modal_diagonal, modal_ratios, strain_energy_shares
-from ibsdyn.elastic_parts import ElasticPart, elastic_parts
+from ibsdyn.elastic_parts import ElasticPart, elastic_parts, strain_rows
 from ibsdyn.engine import FlexibleMapping, linearized_matrices
 from ibsdyn.errors import EngineError, known_keywords
 from ibsdyn.frequency_response import FrequencyResponse
@@ -205,9 +205,9 @@ def linearize(assembly: Assembly, flexible: FlexibleMapping = "small-deflection"
     n, transform = len(elimination.free), elimination.to_full
     M, C, K = (_projected(matrix, transform) for matrix in (full.M, full.C, full.K))
     parts = elastic_parts(assembly, transform)
-    size = np.abs(transform.T) @ np.sqrt(full.K_size)
-    _refuse_other_stiffness(K, parts, size**2, STIFFNESS_LIMIT[flexible])
-    omega, shapes, rigid = undamped_modes(M[:n, :n], parts)
+    rows = strain_rows(parts, len(K))
+    _refuse_other_stiffness(K, rows, np.abs(transform.T) @ np.sqrt(full.K_size), STIFFNESS_LIMIT[flexible])
+    omega, shapes, rigid = undamped_modes(M[:n, :n], rows[:, :n])
     shares = strain_energy_shares(parts, shapes, rigid)
     ratios = modal_ratios(parts, shares, n)
     explicit = C
@@ -231,18 +231,21 @@ def linearize(assembly: Assembly, flexible: FlexibleMapping = "small-deflection"
         _parts=parts,
         _modal=(omega, shapes, rigid),
         _ratios=ratios,
-        _quasi_static=quasi_static_motion(assembly, parts, np.r_[elimination.free, elimination.base], n),
+        _quasi_static=quasi_static_motion(assembly, rows, np.r_[elimination.free, elimination.base], n),
     )
 
 
-def _refuse_other_stiffness(K: Array, parts: Sequence[ElasticPart], size: Array, limit: float) -> None:
-    """Hold Exudyn's stiffness against the strain energy of the parts: two ways to the same matrix."""
-    expected = np.zeros_like(K)
-    for part in parts:
-        expected += part.rows.T @ part.rows
-    if (np.abs(K - expected) > limit * np.sqrt(np.outer(size, size))).any():
+def _refuse_other_stiffness(K: Array, rows: Array, size: Array, limit: float) -> None:
+    """Hold Exudyn's stiffness against the strain energy of the parts: two ways to the same matrix.
+
+    Parameters
+    ----------
+    size : square root of the scale of each diagonal entry before anything cancels in it.
+    """
+    difference = np.abs(K - rows.T @ rows)
+    if (difference > limit * np.outer(size, size)).any():
         raise EngineError(
-            f"Exudyn's stiffness differs by {np.abs(K - expected).max():.2g} from that of the components; "
+            f"Exudyn's stiffness differs by {difference.max():.2g} from that of the components; "
             "please report the model."
         )
 
