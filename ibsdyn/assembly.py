@@ -77,6 +77,7 @@ class Assembly:
         self.places: dict[str, slice] = {}
         self.sensor_points: dict[str, tuple[str, SensorPoint]] = {}
         self.frames: dict[str, Array] = {}
+        self._motions: dict[str, Array] = {}
         names: list[str] = []
         fixations = [item for item in items.values() if isinstance(item, Fixation)]
         bodies = [item for item in items.values() if not isinstance(item, Fixation)]
@@ -136,6 +137,15 @@ class Assembly:
         ------
         ModelError : a point beside a sensor point whose rotation is not known.
         """
+        if point is None and name in self._motions:
+            return self._motions[name]
+        rows = self._motion(name, point)
+        if point is None:
+            rows.setflags(write=False)
+            self._motions[name] = rows
+        return rows
+
+    def _motion(self, name: str, point: Sequence[float] | Array | None) -> Array:
         rows = np.zeros((6, len(self.names)))
         if name in self.sensor_points:
             return self._watched_motion(name, point, rows)

@@ -85,7 +85,8 @@ def part_rows(assembly: Assembly, name: str) -> Array:
 
 def strain_rows(parts: Sequence[ElasticPart], count: int) -> Array:
     """Return the rows of all parts, (m, count), one below the other: K is their square."""
-    return np.vstack([np.zeros((0, count)), *(part.rows for part in parts)])
+    # The row of zeros is for models that nothing strains: LAPACK takes no empty matrix.
+    return np.vstack([*(part.rows for part in parts), np.zeros((1, count))])
 
 
 def free_motions(rows: Array) -> Array:

@@ -33,6 +33,11 @@ class Elimination:
     to_full: Array
     redundant: int
 
+    @property
+    def independent(self) -> np.ndarray:
+        """(n + n_base,) places of both, in that order."""
+        return np.concatenate([self.free, self.base])
+
 
 def eliminate_locks(assembly: Assembly) -> Elimination:
     """Express the coordinates that locks determine by the others.
@@ -66,9 +71,8 @@ def eliminate_locks(assembly: Assembly) -> Elimination:
     free = np.flatnonzero(independent)
     if not len(free):
         raise ModelError("every coordinate is locked (inf) to a fixation: nothing in the model can move.")
-    kept = np.r_[free, base]
-    to_full = np.zeros((count, len(kept)))
-    to_full[kept, np.arange(len(kept))] = 1.0
+    kept = np.concatenate([free, base])
+    to_full = np.eye(count)[:, kept]
     for column, expression in zip(determined, eliminated, strict=True):
         to_full[column] = -expression[kept]
     return Elimination(free, base, to_full, total - len(determined))

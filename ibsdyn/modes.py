@@ -149,7 +149,7 @@ def undamped_modes(M: Array, rows: Array) -> tuple[Array, Array, np.ndarray]:
     count = free.shape[1]
     # An orthonormal basis whose first columns are the rigid motions and whose others are the rest.
     basis = scipy.linalg.qr(L.T @ free)[0] if count else np.eye(n)
-    weighted = scipy.linalg.solve_triangular(L, rows.T, lower=True, check_finite=False).T
+    weighted = scipy.linalg.lapack.dtrtrs(L, rows.T, lower=1)[0].T
     if count:
         weighted = weighted @ basis[:, count:]
     # The left singular vectors are of no use: a triangular factor has the same values and right vectors. Pivoting
@@ -160,7 +160,7 @@ def undamped_modes(M: Array, rows: Array) -> tuple[Array, Array, np.ndarray]:
     values = np.zeros(n - count)
     values[: len(singular)] = singular[: n - count]
     omega = np.concatenate([np.zeros(count), values[::-1]])
-    shapes = scipy.linalg.solve_triangular(L.T, np.hstack([basis[:, :count], elastic]), check_finite=False)
+    shapes = scipy.linalg.lapack.dtrtrs(L, np.hstack([basis[:, :count], elastic]), lower=1, trans=1)[0]
     # The sign of an eigenvector is arbitrary; the largest coordinate is made positive so that runs agree.
     largest = np.abs(shapes).argmax(axis=0)
     shapes = shapes * np.where(shapes[largest, np.arange(n)] < 0, -1.0, 1.0)

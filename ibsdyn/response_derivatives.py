@@ -12,10 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ibsdyn.axes import Array
+from ibsdyn.harmonic import orders
 from ibsdyn.mode_derivatives import ModeDerivatives
 from ibsdyn.parameter_derivatives import MatrixChange, MotionBasis, lever_derivative
 from ibsdyn.parameters import Parameter
-from ibsdyn.signals import BaseMotion, CombinedSensor, Force, Input, Output, Sensor, Stroke, Torque, direction_row
+from ibsdyn.signals import BaseMotion, CombinedSensor, Force, Input, Output, Stroke, Torque, direction_row
 
 Complex = NDArray[np.complex128]
 
@@ -47,9 +48,9 @@ class ResponseDerivatives:
         self._modes = modes
         n, size, count = basis.n, basis.size, len(parameters)
         system = basis.system
-        self._orders = np.array([[_order(o) - _order(i) for i in inputs] for o in outputs])
+        self._orders = orders(inputs, outputs)
         # Sensors over modes and base motions; loads on modes; base motions: each with its derivatives.
-        self._rows = np.array([np.concatenate(system.sensor(o)) @ basis.vectors for o in outputs])
+        self._rows = np.hstack(system.sensors(outputs)) @ basis.vectors
         self._row_changes = np.zeros((count, len(outputs), size))
         self._loads = np.zeros((n, len(inputs)))
         self._load_changes = np.zeros((count, n, len(inputs)))
@@ -180,10 +181,6 @@ def _sum_of_products(terms: Sequence[tuple[Array, Complex]], shape: tuple[int, .
     for start in range(0, len(flat), step):
         np.matmul(residues[start : start + step], dynamic, out=flat[start : start + step])
     return result
-
-
-def _order(signal: Input | Output) -> int:
-    return signal.order if isinstance(signal, (BaseMotion, Sensor, CombinedSensor)) else 0
 
 
 def _moves_along(basis: MotionBasis, parameter: Parameter, item: str) -> bool:
