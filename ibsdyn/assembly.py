@@ -25,13 +25,13 @@ class Joint:
     ----------
     connection : the component it comes from.
     centre : (3,) elastic centre [m].
-    ends : (r, n) motions of end 1 and of end 2 at the elastic centre, global axes; r = 6, in 1-D models 1.
+    ends : (2, r, n) motions of end 1 and of end 2 at the elastic centre, global axes; r = 6, in 1-D models 1.
     stiffness, damping : (r, r) finite stiffness and explicit damping there, global axes.
     """
 
     connection: Connection
     centre: Array
-    ends: tuple[Array, Array]
+    ends: Array
     stiffness: Array
     damping: Array
 
@@ -43,7 +43,8 @@ class Joint:
     @cached_property
     def relative(self) -> Array:
         """The (r, n) motion of end 2 minus that of end 1, global axes."""
-        return self.ends[1] - self.ends[0]
+        relative: Array = self.ends[1] - self.ends[0]
+        return relative
 
     @cached_property
     def deformation(self) -> Array:
@@ -180,12 +181,12 @@ class Assembly:
         centre = elastic_centre(connection)
         if self.axis is not None:
             row = axis_index(self.axis, connection.name)
-            ends = (self.motion(connection.item1)[row : row + 1], self.motion(connection.item2)[row : row + 1])
+            ends = np.array([self.motion(end)[row : row + 1] for end in (connection.item1, connection.item2)])
             k, c = connection.stiffness, connection.damping or (0.0,)
             stiffness = np.diag([0.0 if connection.locked[0] else k[0]])
             damping = np.diag([0.0 if connection.locked[0] else c[0]])
             return Joint(connection, centre, ends, stiffness, damping)
-        ends = (self.motion(connection.item1, centre), self.motion(connection.item2, centre))
+        ends = np.array([self.motion(end, centre) for end in (connection.item1, connection.item2)])
         return Joint(connection, centre, ends, connection.global_stiffness(), connection.global_damping())
 
     def rigid_motion(self) -> Array:

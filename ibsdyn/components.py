@@ -243,7 +243,7 @@ class Connection:
 
     def _in_global_axes(self, diagonal: Sequence[float]) -> Array:
         turn = rotate_six(self.axes_matrix)
-        turned = turn @ np.diag(diagonal) @ turn.T
+        turned = turn * np.array(diagonal) @ turn.T
         symmetric: Array = 0.5 * (turned + turned.T)
         return symmetric
 

@@ -125,11 +125,12 @@ def _size(assembly: Assembly, at_centre: Sequence[Array], letter: str) -> Array:
             continue
         # The ends separately, as their levers may cancel in the relative motion, and every direction with the
         # stiffest one's rounding: rotations and levers mix them before they cancel.
-        ends = np.abs(joint.ends)
-        weights = np.full(len(matrix), np.abs(matrix[:3, :3]).max())
+        squares = np.square(joint.ends)
+        diagonal = np.diag(matrix)  # where the largest entries are: the matrix is positive
+        weights = np.full(len(matrix), diagonal[:3].max())
         if len(matrix) == 6:
-            weights[3:] = np.abs(matrix[3:, 3:]).max() + weights[0] * ends[:, :3].max() ** 2
-        size += (weights @ ends**2).sum(axis=0)
+            weights[3:] = diagonal[3:].max() + weights[0] * squares[:, :3].max()
+        size += (weights @ squares).sum(axis=0)
     for body in assembly.bodies:
         own = getattr(body.reduced, letter) if isinstance(body, FlexibleBody) else None
         if own is not None:

@@ -289,9 +289,9 @@ def _diagonal_solver(stiffness: Complex, damping: NDArray[np.floating], omega: A
             part = slice(start, start + step)
             dynamic = _dynamic_compliance(stiffness, damping, omega[part])
             if np.iscomplexobj(residues):
-                result[:, part] = residues @ dynamic
+                np.matmul(residues, dynamic, out=result[:, part])
             else:  # real times complex is one real product, half the work
-                result[:, part] = (residues @ dynamic.view(float)).view(complex)
+                np.matmul(residues, dynamic.view(float), out=result[:, part].view(float))
         return result.reshape(shape)
 
     return solve
@@ -305,9 +305,10 @@ def _dynamic_compliance(stiffness: Complex, damping: NDArray[np.floating], omega
         minus_imaginary -= stiffness.imag[:, None]
     square = real * real
     square += minus_imaginary * minus_imaginary
+    np.divide(1.0, square, out=square)
     dynamic = np.empty(square.shape, dtype=complex)
-    np.divide(real, square, out=dynamic.real)
-    np.divide(minus_imaginary, square, out=dynamic.imag)
+    np.multiply(real, square, out=dynamic.real)
+    np.multiply(minus_imaginary, square, out=dynamic.imag)
     return dynamic
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ibsdyn.assembly import Assembly
-from ibsdyn.axes import Array
+from ibsdyn.axes import Array, rigid_transfer
 from ibsdyn.components import FlexibleBody
 
 # A motion seen by a sensor that is below this share of what it is summed from is rounding of zero.
@@ -55,9 +55,10 @@ def quasi_static_motion(assembly: Assembly, rows: Array, independent: np.ndarray
     n_base = len(independent) - count
     grounded = any(isinstance(body, FlexibleBody) and not body.reduced.is_free for body in assembly.bodies)
     if len(assembly.fixations) == 1 and not grounded:
-        rigid = np.ones((len(assembly.names), 1)) if assembly.axis is not None else assembly.rigid_motion()
-        chosen = rigid[independent]
-        return QuasiStaticMotion(chosen @ np.linalg.inv(chosen[count:]), strain_free=True)
+        if assembly.axis is not None:
+            return QuasiStaticMotion(np.ones((len(independent), 1)), strain_free=True)
+        about_fixation = rigid_transfer(-assembly.frames[assembly.fixations[0].name])
+        return QuasiStaticMotion(assembly.rigid_motion()[independent] @ about_fixation, strain_free=True)
     motion = np.vstack([np.zeros((count, n_base)), np.eye(n_base)])
     if n_base:
         motion[:count] = np.linalg.lstsq(rows[:, :count], -rows[:, count:], rcond=None)[0]
