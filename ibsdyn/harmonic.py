@@ -64,7 +64,8 @@ def harmonic_response(
         for power in range(3):
             driven = np.flatnonzero(powers[power].any(axis=0))
             if len(driven):
-                seen = differentiated(solver(powers[power][:, driven], rows @ shapes), s, order[:, driven] + power)
+                seen = solver(powers[power][:, driven], rows @ shapes)
+                differentiate(seen, s, order[:, driven] + power)
                 if len(driven) == len(sources):
                     response = seen if untouched else response + seen
                 else:
@@ -130,19 +131,18 @@ def carried_response(
     return carried
 
 
-def differentiated(values: Complex, s: Complex, orders: NDArray[np.integer]) -> Complex:
-    """Multiply (n_out, n_in, n_freq) values by (i omega) to the power of each response's order, in place."""
+def differentiate(values: Complex, s: Complex, orders: NDArray[np.integer]) -> None:
+    """Multiply contiguous (..., n_out, n_in, n_freq) values by (i omega) to the power of their orders, in place."""
     own = np.unique(orders)
-    for order in own:
+    for order in own[own != 0]:
         factor = s**order
         if len(own) > 1:
-            values[orders == order] *= factor
+            values[..., orders == order, :] *= factor
         elif order % 2:
             values *= factor
         else:  # as a rule, and real: a third of the time
             pairs = values.view(float)
             pairs *= np.repeat(factor.real, 2)
-    return values
 
 
 def checked_frequencies(frequencies: object) -> Array:
