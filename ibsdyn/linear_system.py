@@ -248,6 +248,8 @@ def _refuse_other_stiffness(K: Array, rows: Array, size: Array, limit: float) ->
 
 
 def _projected(matrices: Array, transform: Array) -> Array:
+    if len(transform) == transform.shape[1]:  # nothing is locked: the identity
+        return matrices
     projected = transform.T @ matrices @ transform
     symmetric: Array = 0.5 * (projected + np.swapaxes(projected, 1, 2))
     return symmetric
