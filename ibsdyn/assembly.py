@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -24,27 +25,40 @@ class Joint:
     ----------
     connection : the component it comes from.
     centre : (3,) elastic centre [m].
-    ends : (r, n) motions of end 1 and of end 2 at the elastic centre, global axes; r = 6, in 1-D models 1.
+    ends : (2, r, n) motions of end 1 and of end 2 at the elastic centre, global axes; r = 6, in 1-D models 1.
     stiffness, damping : (r, r) finite stiffness and explicit damping there, global axes.
-    locks : (m, n) rows that are zero in every motion which respects the locked directions.
     """
 
     connection: Connection
     centre: Array
-    ends: tuple[Array, Array]
+    ends: Array
     stiffness: Array
     damping: Array
-    locks: Array
 
     @property
     def name(self) -> str:
         """The connection's name."""
         return self.connection.name
 
-    @property
+    @cached_property
     def relative(self) -> Array:
-        """The (r, n) motion of end 2 minus that of end 1."""
-        return self.ends[1] - self.ends[0]
+        """The (r, n) motion of end 2 minus that of end 1, global axes."""
+        relative: Array = self.ends[1] - self.ends[0]
+        return relative
+
+    @cached_property
+    def deformation(self) -> Array:
+        """The same along the connection's own axes."""
+        if len(self.relative) == 1:
+            return self.relative
+        own_axes: Array = rotate_six(self.connection.axes_matrix).T @ self.relative
+        return own_axes
+
+    @cached_property
+    def locks(self) -> Array:
+        """The (m, n) rows that are zero in every motion which respects the locked directions."""
+        locked: Array = self.deformation[np.array(self.connection.locked)]
+        return locked
 
 
 class Assembly:
@@ -64,13 +78,14 @@ class Assembly:
         self.places: dict[str, slice] = {}
         self.sensor_points: dict[str, tuple[str, SensorPoint]] = {}
         self.frames: dict[str, Array] = {}
+        self._motions: dict[str, Array] = {}
         names: list[str] = []
         fixations = [item for item in items.values() if isinstance(item, Fixation)]
         bodies = [item for item in items.values() if not isinstance(item, Fixation)]
         for item in [*bodies, *fixations]:
             self._place(item, names)
         self.names = tuple(names)
-        self.is_base = np.array([name.rsplit(".", 1)[0] in {f.name for f in fixations} for name in names])
+        self.is_base = np.arange(len(names)) >= len(names) - len(self.directions) * len(fixations)
         self.bodies = tuple(bodies)
         self.fixations = tuple(fixations)
         self.joints = tuple(self._joint(connection) for connection in connections.values())
@@ -123,6 +138,15 @@ class Assembly:
         ------
         ModelError : a point beside a sensor point whose rotation is not known.
         """
+        if point is None and name in self._motions:
+            return self._motions[name]
+        rows = self._motion(name, point)
+        if point is None:
+            rows.setflags(write=False)
+            self._motions[name] = rows
+        return rows
+
+    def _motion(self, name: str, point: Sequence[float] | Array | None) -> Array:
         rows = np.zeros((6, len(self.names)))
         if name in self.sensor_points:
             return self._watched_motion(name, point, rows)
@@ -131,13 +155,9 @@ class Assembly:
             rows[axis_index(self.axis, name), place] = 1.0
             return rows
         item = self.items.get(name)
-        if isinstance(item, FlexibleBody):
-            rows[:, place] = mean_motion(item)
-        else:
-            rows[:, place] = np.eye(6)
-        if point is None:
-            return rows
-        return rigid_transfer(np.asarray(point, dtype=float) - self.frames[name]) @ rows
+        carried = np.eye(6) if point is None else rigid_transfer(np.asarray(point, dtype=float) - self.frames[name])
+        rows[:, place] = carried @ mean_motion(item) if isinstance(item, FlexibleBody) else carried
+        return rows
 
     def tells_rotation(self, name: str) -> bool:
         """Return whether the motion of an item, an interface or a sensor point includes its rotation."""
@@ -159,24 +179,15 @@ class Assembly:
 
     def _joint(self, connection: Connection) -> Joint:
         centre = elastic_centre(connection)
-        locked = np.array(connection.locked)
         if self.axis is not None:
             row = axis_index(self.axis, connection.name)
-            ends = (self.motion(connection.item1)[row : row + 1], self.motion(connection.item2)[row : row + 1])
+            ends = np.array([self.motion(end)[row : row + 1] for end in (connection.item1, connection.item2)])
             k, c = connection.stiffness, connection.damping or (0.0,)
-            stiffness = np.diag([0.0 if locked[0] else k[0]])
-            damping = np.diag([0.0 if locked[0] else c[0]])
-            return Joint(connection, centre, ends, stiffness, damping, (ends[1] - ends[0])[locked])
-        ends = (self.motion(connection.item1, centre), self.motion(connection.item2, centre))
-        local = rotate_six(connection.axes_matrix).T @ (ends[1] - ends[0])
-        return Joint(
-            connection,
-            centre,
-            ends,
-            connection.global_stiffness(),
-            connection.global_damping(),
-            local[locked],
-        )
+            stiffness = np.diag([0.0 if connection.locked[0] else k[0]])
+            damping = np.diag([0.0 if connection.locked[0] else c[0]])
+            return Joint(connection, centre, ends, stiffness, damping)
+        ends = np.array([self.motion(end, centre) for end in (connection.item1, connection.item2)])
+        return Joint(connection, centre, ends, connection.global_stiffness(), connection.global_damping())
 
     def rigid_motion(self) -> Array:
         """Return the (n, 6) coordinates of the whole model, base included, in a rigid motion about the origin.

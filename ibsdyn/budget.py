@@ -242,7 +242,7 @@ def vibration_budget(
             for o in range(len(sensors))
         ]
     )
-    seen = np.array([system.sensor(sensor)[0] for sensor in sensors]) @ system._modal[1]
+    seen = system.sensors(sensors)[0] @ system._modal[1]
     modes = _mode_powers(system, seen, modal, carried)
     _refuse_undamped(system, modes, source_power, grid, hysteretic)
     return VibrationBudget(
@@ -364,7 +364,7 @@ def _cross_powers(
     """
     q = modal_response(system, inputs, hertz, hysteretic)
     base = carried_response(system, inputs, sensors, hertz)
-    seen = np.array([system.sensor(sensor)[0] for sensor in sensors]) @ system._modal[1]
+    seen = system.sensors(sensors)[0] @ system._modal[1]
     derivative = np.array([(2j * np.pi * hertz) ** sensor.order for sensor in sensors])
     response = np.einsum("or,rif,of->oif", seen, q, derivative, optimize=True) + base
     others = np.einsum("ikf,okf->oif", spectra, response.conj(), optimize=True)

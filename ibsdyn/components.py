@@ -237,12 +237,13 @@ class Connection:
 
     def global_damping(self) -> Array:
         """Return the explicit damping at the elastic centre, (6, 6) in global axes."""
-        c = self.damping if self.damping is not None else (0.0,) * len(self.stiffness)
-        return self._in_global_axes([0.0 if lock else v for v, lock in zip(c, self.locked, strict=True)])
+        if self.damping is None:
+            return np.zeros((6, 6))
+        return self._in_global_axes([0.0 if lock else c for c, lock in zip(self.damping, self.locked, strict=True)])
 
     def _in_global_axes(self, diagonal: Sequence[float]) -> Array:
         turn = rotate_six(self.axes_matrix)
-        turned = turn @ np.diag(diagonal) @ turn.T
+        turned = turn * np.array(diagonal) @ turn.T
         symmetric: Array = 0.5 * (turned + turned.T)
         return symmetric
 
@@ -330,16 +331,17 @@ def _inertia(value: object, products: object, what: str) -> tuple[float, ...]:
     if not all(math.isfinite(v) for v in six):
         raise ModelError(f"{what}: inertia must be finite [kg m²], got {raw}.")
     moments = np.linalg.eigvalsh(tensor(six))
+    smallest, middle, largest = moments.tolist()
+    if smallest > 0 and largest <= (smallest + middle) * (1 + TRIANGLE_TOLERANCE):
+        return six
     shown = ", ".join(f"{v:.6g}" for v in moments)
-    if moments[0] <= 0:
+    if smallest <= 0:
         raise ModelError(
             f"{what}: inertia {raw} is not positive definite (principal moments {shown} kg m²); a point mass gets a "
             "small sphere's inertia, and CAD programs that print +integral(x y dm) need products='integral'."
         )
-    if moments[2] > (moments[0] + moments[1]) * (1 + TRIANGLE_TOLERANCE):
-        raise ModelError(
-            f"{what}: no body has the inertia {raw}: its largest principal moment is above the sum of the other two "
-            f"(principal moments {shown} kg m²). Check the order {', '.join(INERTIA_NAMES)}, the sign of the "
-            "products (products='integral') and that it is taken about the CoG."
-        )
-    return six
+    raise ModelError(
+        f"{what}: no body has the inertia {raw}: its largest principal moment is above the sum of the other two "
+        f"(principal moments {shown} kg m²). Check the order {', '.join(INERTIA_NAMES)}, the sign of the "
+        "products (products='integral') and that it is taken about the CoG."
+    )

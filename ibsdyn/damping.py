@@ -23,10 +23,10 @@ def modal_diagonal(shapes: Array, matrix: Array) -> Array:
 
 def strain_energy_shares(parts: Sequence[ElasticPart], shapes: Array, rigid: np.ndarray) -> dict[str, Array]:
     """Return the share of each part in the strain energy of each mode; zero for rigid-body modes."""
-    energies = {part.name: part.energy(shapes) for part in parts}
-    total = np.sum(list(energies.values()), axis=0) if energies else np.zeros(shapes.shape[1])
-    safe = np.where(rigid | (total == 0), 1.0, total)
-    return {name: np.where(rigid, 0.0, energy / safe) for name, energy in energies.items()}
+    energies = np.array([part.energy(shapes) for part in parts]).reshape(len(parts), shapes.shape[1])
+    total = energies.sum(axis=0)
+    shares = np.where(rigid, 0.0, energies / np.where(rigid | (total == 0), 1.0, total))
+    return {part.name: share for part, share in zip(parts, shares, strict=True)}
 
 
 def modal_ratios(parts: Sequence[ElasticPart], shares: dict[str, Array], count: int) -> Array:

@@ -15,13 +15,13 @@ import scipy.linalg
 
 from fem_import import ReducedBody
 from ibsdyn.assembly import Assembly, Joint
-from ibsdyn.axes import Array, rotate_six
+from ibsdyn.axes import Array
 from ibsdyn.components import FlexibleBody
 
 # A direction that strains less than this share of the stiffest geometry is free. Stiffness itself plays no part.
 FREE_TOLERANCE = 1e-9
-# The least pivot of a triangular factor is above the least singular value, by a factor of ten or so; beyond this share
-# of the largest pivot no direction can be free. In between the singular values decide.
+# Where the least strain is clearly above that, by an estimate that is right to a factor of ten or so, no direction can
+# be free. In between the singular values decide.
 HELD = 1e-5
 # Eigenvalues of a reduced stiffness, scaled to a unit diagonal, that are below this are rounding of zero.
 RIGID_EIGENVALUE = 1e-13
@@ -83,23 +83,27 @@ def part_rows(assembly: Assembly, name: str) -> Array:
     return rows
 
 
-def free_motions(parts: Sequence[ElasticPart], count: int) -> Array:
+def strain_rows(parts: Sequence[ElasticPart], count: int) -> Array:
+    """Return the rows of all parts, (m, count), one below the other: K is their square."""
+    # The row of zeros is for models that nothing strains: LAPACK takes no empty matrix.
+    return np.vstack([*(part.rows for part in parts), np.zeros((1, count))])
+
+
+def free_motions(rows: Array) -> Array:
     """Return an orthonormal basis (n, r) of the motions of the free coordinates that strain nothing.
 
     Parameters
     ----------
-    parts : all that stores strain energy.
-    count : n, the number of free coordinates, which come first in the rows.
+    rows : (m, n) of all that stores strain energy, over the free coordinates.
     """
-    rows = np.vstack([np.zeros((1, count)), *(part.rows[:, :count] for part in parts)])
     size = np.linalg.norm(rows, axis=1, keepdims=True)
     # Every row counts alike: soft beside stiff is still held.
     unit = rows / np.where(size > 0, size, 1.0)
-    # Most models are held: a triangle without a small pivot shows it in a third of the time.
-    triangle = scipy.linalg.qr(unit, mode="r", pivoting=True, check_finite=False)[0]
-    pivots = np.abs(np.diag(triangle))
-    if len(pivots) == count and pivots[-1] > HELD * pivots[0]:
-        return np.zeros((count, 0))
+    # Most models are held: the condition of the square shows it in a fraction of the time.
+    square = unit.T @ unit
+    factor, indefinite = scipy.linalg.lapack.dpotrf(square)
+    if not indefinite and scipy.linalg.lapack.dpocon(factor, np.abs(square).sum(axis=0).max())[0] > HELD**2:
+        return np.zeros((rows.shape[1], 0))
     basis: Array = scipy.linalg.null_space(unit, rcond=FREE_TOLERANCE)
     return basis
 
@@ -117,25 +121,27 @@ def damping_size(assembly: Assembly) -> Array:
 def _size(assembly: Assembly, at_centre: Sequence[Array], letter: str) -> Array:
     size = np.zeros(len(assembly.names))
     for joint, matrix in zip(assembly.joints, at_centre, strict=True):
+        if not matrix.any():
+            continue
         # The ends separately, as their levers may cancel in the relative motion, and every direction with the
         # stiffest one's rounding: rotations and levers mix them before they cancel.
-        weights = np.full(len(matrix), np.abs(matrix[:3, :3]).max())
+        squares = np.square(joint.ends)
+        diagonal = np.diag(matrix)  # where the largest entries are: the matrix is positive
+        weights = np.full(len(matrix), diagonal[:3].max())
         if len(matrix) == 6:
-            reach = max(float(np.abs(rows[:3]).max()) for rows in joint.ends)
-            weights[3:] = np.abs(matrix[3:, 3:]).max() + weights[0] * reach**2
-        size += sum(weights @ rows**2 for rows in joint.ends)
+            weights[3:] = diagonal[3:].max() + weights[0] * squares[:, :3].max()
+        size += (weights @ squares).sum(axis=0)
     for body in assembly.bodies:
-        if isinstance(body, FlexibleBody):
-            own = getattr(body.reduced, letter)
-            size[assembly.places[body.name]] += 0.0 if own is None else np.diag(own)
+        own = getattr(body.reduced, letter) if isinstance(body, FlexibleBody) else None
+        if own is not None:
+            size[assembly.places[body.name]] += np.diag(own)
     return size
 
 
 def _joint_rows(joint: Joint) -> Array:
-    connection = joint.connection
-    finite = np.array([0.0 if np.isinf(k) else k for k in connection.stiffness])
-    local = joint.relative if len(finite) == 1 else rotate_six(connection.axes_matrix).T @ joint.relative
-    rows: Array = (np.sqrt(finite)[:, None] * local)[finite > 0]
+    stiffness = np.array(joint.connection.stiffness)
+    strains = (stiffness > 0) & np.isfinite(stiffness)
+    rows: Array = np.sqrt(stiffness[strains])[:, None] * joint.deformation[strains]
     return rows
 
 

@@ -52,19 +52,20 @@ def harmonic_response(
         raise AnalysisError(f"hysteretic must be True or False, got {hysteretic!r}.")
     omega = 2 * np.pi * hertz
     _, shapes, rigid = system._modal
-    rows, base_rows = (np.array(part) for part in zip(*(system.sensor(s) for s in sensors), strict=True))
+    rows, base_rows = system.sensors(sensors)
     static = system.quasi_static_motion()
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # infinities are refused below, in words
         solver, K_static = _solver(system, omega, hysteretic, static)
         s = 1j * omega
         response = np.zeros((len(sensors), len(sources), len(omega)), dtype=complex)
-        order = np.array([[_order(o) - _order(i) for i in sources] for o in sensors])
+        order = orders(sources, sensors)
         powers, base = _driving(system, sources, K_static, hysteretic)
         untouched = True
         for power in range(3):
             driven = np.flatnonzero(powers[power].any(axis=0))
             if len(driven):
-                seen = differentiated(solver(powers[power][:, driven], rows @ shapes), s, order[:, driven] + power)
+                seen = solver(powers[power][:, driven], rows @ shapes)
+                differentiate(seen, s, order[:, driven] + power)
                 if len(driven) == len(sources):
                     response = seen if untouched else response + seen
                 else:
@@ -74,7 +75,7 @@ def harmonic_response(
         for exponent in np.unique(order[carried != 0.0]):
             alike = (carried != 0.0) & (order == exponent)
             if exponent == 0:
-                response += np.where(alike, carried, 0.0)[:, :, None]
+                response.real += np.where(alike, carried, 0.0)[:, :, None]
             else:
                 response[alike] += carried[alike][:, None] * s**exponent
     _refuse_infinite(response, hertz, rigid)
@@ -123,22 +124,25 @@ def carried_response(
     system: LinearSystem, inputs: Sequence[Input], outputs: Sequence[Output], frequencies: Array
 ) -> Complex:
     """Return what outputs see of a base that carries everything along quasi-statically, (n_out, n_in, n_freq)."""
-    rows, base_rows = (np.array(part) for part in zip(*(system.sensor(o) for o in outputs), strict=True))
+    rows, base_rows = system.sensors(outputs)
     seen = system.quasi_static_motion().seen_by(rows, base_rows) @ _base_motions(system, inputs)
-    order = np.array([[_order(o) - _order(i) for i in inputs] for o in outputs])
+    order = orders(inputs, outputs)
     carried: Complex = seen[:, :, None] * (2j * np.pi * frequencies) ** order[:, :, None]
     return carried
 
 
-def differentiated(values: Complex, s: Complex, orders: NDArray[np.integer]) -> Complex:
-    """Multiply (n_out, n_in, n_freq) values by (i omega) to the power of each response's order, in place."""
+def differentiate(values: Complex, s: Complex, orders: NDArray[np.integer]) -> None:
+    """Multiply contiguous (..., n_out, n_in, n_freq) values by (i omega) to the power of their orders, in place."""
     own = np.unique(orders)
-    for order in own:
-        if len(own) == 1:  # as a rule; a power of every single value takes longer than the responses
-            values *= s**order
-        elif order:
-            values[orders == order] *= s**order
-    return values
+    for order in own[own != 0]:
+        factor = s**order
+        if len(own) > 1:
+            values[..., orders == order, :] *= factor
+        elif order % 2:
+            values *= factor
+        else:  # as a rule, and real: a third of the time
+            pairs = values.view(float)
+            pairs *= np.repeat(factor.real, 2)
 
 
 def checked_frequencies(frequencies: object) -> Array:
@@ -197,14 +201,21 @@ def _driving(
     return powers, base
 
 
+def orders(inputs: Sequence[Input], outputs: Sequence[Output]) -> NDArray[np.intp]:
+    """Return how many times each response differentiates, (n_out, n_in): the output's motion less the input's."""
+    shown, given = (np.array([_order(signal) for signal in signals], dtype=np.intp) for signals in (outputs, inputs))
+    difference: NDArray[np.intp] = shown[:, None] - given
+    return difference
+
+
 def _order(signal: Input | Output) -> int:
     return signal.order if isinstance(signal, (BaseMotion, Sensor, CombinedSensor)) else 0
 
 
 def _refuse_infinite(response: Complex, hertz: Array, rigid: np.ndarray) -> None:
-    bad = np.flatnonzero(~np.isfinite(response).all(axis=(0, 1)))
-    if not bad.size:
+    if np.isfinite(response.view(float)).all():
         return
+    bad = np.flatnonzero(~np.isfinite(response).all(axis=(0, 1)))
     if hertz[bad[0]] == 0.0:
         cause = (
             "the model has rigid-body modes"
@@ -222,8 +233,11 @@ def _solver(system: LinearSystem, omega: Array, hysteretic: bool, static: QuasiS
     """Return the solver in modal coordinates, and the (n, n_base) forces of the quasi-static motion (hysteretic)."""
     natural, shapes, _ = system._modal
     n = len(natural)
-    stiffness = np.diag(natural**2).astype(complex)
     forces: Complex = np.zeros((n, len(system.base_coordinates)), dtype=complex)
+    if not hysteretic and not any(part.viscous for part in system._parts):
+        # The matrix of damping ratios is diagonal in the modes by construction; what lies beside is rounding.
+        return _diagonal_solver(natural**2 + 0j, 2.0 * system._ratios * natural, omega), forces
+    stiffness = np.diag(natural**2).astype(complex)
     if hysteretic:
         for part in system._parts:
             if part.zeta:
@@ -235,8 +249,6 @@ def _solver(system: LinearSystem, omega: Array, hysteretic: bool, static: QuasiS
     else:
         coupling = system.C
         damping = shapes.T @ coupling @ shapes
-        if not any(part.viscous for part in system._parts):
-            damping = np.diag(np.diag(damping))  # it is by construction; what lies beside is rounding
     # What cancels in a mode leaves rounding of the size of what cancelled: rigid-body modes above all.
     coupled_damping = _without_rounding(damping, modal_diagonal(np.abs(shapes), np.abs(coupling)))
     coupled_stiffness = _without_rounding(stiffness, np.abs(np.diag(stiffness)))
@@ -277,9 +289,9 @@ def _diagonal_solver(stiffness: Complex, damping: NDArray[np.floating], omega: A
             part = slice(start, start + step)
             dynamic = _dynamic_compliance(stiffness, damping, omega[part])
             if np.iscomplexobj(residues):
-                result[:, part] = residues @ dynamic
+                np.matmul(residues, dynamic, out=result[:, part])
             else:  # real times complex is one real product, half the work
-                result[:, part] = (residues @ dynamic.view(float)).view(complex)
+                np.matmul(residues, dynamic.view(float), out=result[:, part].view(float))
         return result.reshape(shape)
 
     return solve
@@ -287,15 +299,16 @@ def _diagonal_solver(stiffness: Complex, damping: NDArray[np.floating], omega: A
 
 def _dynamic_compliance(stiffness: Complex, damping: NDArray[np.floating], omega: Array) -> Complex:
     """Return the (n, n_freq) 1 / (k - omega² + i omega c); a complex division would take three times as long."""
-    difference = stiffness.real[:, None] - omega**2
-    rate = damping[:, None] * omega
-    rate += stiffness.imag[:, None]
-    scale = difference * difference
-    scale += rate * rate
-    np.divide(1.0, scale, out=scale)
-    dynamic = np.empty(scale.shape, dtype=complex)
-    np.multiply(difference, scale, out=dynamic.real)
-    np.multiply(rate, np.negative(scale, out=scale), out=dynamic.imag)
+    real = stiffness.real[:, None] - omega**2
+    minus_imaginary = -damping[:, None] * omega
+    if stiffness.imag.any():
+        minus_imaginary -= stiffness.imag[:, None]
+    square = real * real
+    square += minus_imaginary * minus_imaginary
+    np.divide(1.0, square, out=square)
+    dynamic = np.empty(square.shape, dtype=complex)
+    np.multiply(real, square, out=dynamic.real)
+    np.multiply(minus_imaginary, square, out=dynamic.imag)
     return dynamic
 
 

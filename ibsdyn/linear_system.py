@@ -12,7 +12,7 @@ import numpy as np
 from ibsdyn.assembly import Assembly, body_mass_matrix
 from ibsdyn.axes import Array
 from ibsdyn.damping import damping_matrix, modal_diagonal, modal_ratios, strain_energy_shares
-from ibsdyn.elastic_parts import ElasticPart, elastic_parts
+from ibsdyn.elastic_parts import ElasticPart, elastic_parts, strain_rows
 from ibsdyn.engine import FlexibleMapping, linearized_matrices
 from ibsdyn.errors import EngineError, known_keywords
 from ibsdyn.frequency_response import FrequencyResponse
@@ -55,6 +55,7 @@ class LinearSystem:
     _explicit_damping: Array
     _parts: tuple[ElasticPart, ...]
     _modal: tuple[Array, Array, np.ndarray]
+    _shares: dict[str, Array]
     _ratios: Array
     _quasi_static: QuasiStaticMotion
 
@@ -74,8 +75,8 @@ class LinearSystem:
         kinetic = {}
         for body in self._assembly.bodies:
             place = self._assembly.places[body.name]
-            kinetic[body.name] = modal_diagonal(full[place], self._body_mass[body.name])
-        shares = strain_energy_shares(self._parts, shapes, rigid)
+            kinetic[body.name] = modal_diagonal(full[place], body_mass_matrix(body))
+        shares = self._shares
         frequencies = omega / (2 * np.pi)
         errors = reduction_errors(self._assembly, frequencies, full)
         for array in (frequencies, ratios, full, errors, *shares.values(), *kinetic.values()):
@@ -92,10 +93,6 @@ class LinearSystem:
             _assembly=self._assembly,
             _full_shapes=full,
         )
-
-    @cached_property
-    def _body_mass(self) -> dict[str, Array]:
-        return {body.name: body_mass_matrix(body) for body in self._assembly.bodies}
 
     def modes(self) -> Modes:
         """Return the undamped modes with the base at rest, rigid-body modes (0 Hz) included.
@@ -184,11 +181,11 @@ class LinearSystem:
         """Return how the bodies follow a base that moves infinitely slowly."""
         return self._quasi_static
 
-    def sensor(self, sensor: Output) -> tuple[Array, Array]:
-        """Return a sensor's displacement row over the free (n,) and the base coordinates (n_base,)."""
-        row = sensor_row(sensor, self._assembly) @ self._to_full
+    def sensors(self, sensors: Sequence[Output]) -> tuple[Array, Array]:
+        """Return the displacement rows of sensors over the free (n_out, n) and the base coordinates (n_out, n_base)."""
+        rows = np.array([sensor_row(sensor, self._assembly) for sensor in sensors]) @ self._to_full
         n = len(self.coordinates)
-        return row[:n], row[n:]
+        return rows[:, :n], rows[:, n:]
 
 
 def linearize(assembly: Assembly, flexible: FlexibleMapping = "small-deflection") -> LinearSystem:
@@ -203,51 +200,56 @@ def linearize(assembly: Assembly, flexible: FlexibleMapping = "small-deflection"
     elimination = eliminate_locks(assembly)
     full = linearized_matrices(assembly, flexible)
     n, transform = len(elimination.free), elimination.to_full
-    M, C, K = (_projected(matrix, transform) for matrix in (full.M, full.C, full.K))
+    M, C, K = _projected(np.stack([full.M, full.C, full.K]), transform)
     parts = elastic_parts(assembly, transform)
-    size = np.abs(transform.T) @ np.sqrt(full.K_size)
-    _refuse_other_stiffness(K, parts, size**2, STIFFNESS_LIMIT[flexible])
-    omega, shapes, rigid = undamped_modes(M[:n, :n], parts)
+    rows = strain_rows(parts, len(K))
+    _refuse_other_stiffness(K, rows, np.abs(transform.T) @ np.sqrt(full.K_size), STIFFNESS_LIMIT[flexible])
+    omega, shapes, rigid = undamped_modes(M[:n, :n], rows[:, :n])
     shares = strain_energy_shares(parts, shapes, rigid)
     ratios = modal_ratios(parts, shares, n)
     explicit = C
     C = explicit + damping_matrix(M[:n, :n], K[:n, n:], omega, shapes, rigid, ratios)
-    names = np.array(assembly.names)
     for matrix in (M, C, K, shapes, omega, rigid):
         matrix.setflags(write=False)
     return LinearSystem(
         M=M[:n, :n],
         C=C[:n, :n],
         K=K[:n, :n],
-        coordinates=tuple(str(name) for name in names[elimination.free]),
+        coordinates=tuple(assembly.names[place] for place in elimination.free),
         M_base=M[:n, n:],
         C_base=C[:n, n:],
         K_base=K[:n, n:],
-        base_coordinates=tuple(str(name) for name in names[elimination.base]),
+        base_coordinates=tuple(assembly.names[place] for place in elimination.base),
         redundant_locks=elimination.redundant,
         _assembly=assembly,
         _to_full=transform,
         _explicit_damping=explicit,
         _parts=parts,
         _modal=(omega, shapes, rigid),
+        _shares=shares,
         _ratios=ratios,
-        _quasi_static=quasi_static_motion(assembly, parts, np.r_[elimination.free, elimination.base], n),
+        _quasi_static=quasi_static_motion(assembly, rows, elimination.independent, n),
     )
 
 
-def _refuse_other_stiffness(K: Array, parts: Sequence[ElasticPart], size: Array, limit: float) -> None:
-    """Hold Exudyn's stiffness against the strain energy of the parts: two ways to the same matrix."""
-    expected = np.zeros_like(K)
-    for part in parts:
-        expected += part.rows.T @ part.rows
-    if (np.abs(K - expected) > limit * np.sqrt(np.outer(size, size))).any():
+def _refuse_other_stiffness(K: Array, rows: Array, size: Array, limit: float) -> None:
+    """Hold Exudyn's stiffness against the strain energy of the parts: two ways to the same matrix.
+
+    Parameters
+    ----------
+    size : square root of the scale of each diagonal entry before anything cancels in it.
+    """
+    difference = np.abs(K - rows.T @ rows)
+    if (difference > limit * np.outer(size, size)).any():
         raise EngineError(
-            f"Exudyn's stiffness differs by {np.abs(K - expected).max():.2g} from that of the components; "
+            f"Exudyn's stiffness differs by {difference.max():.2g} from that of the components; "
             "please report the model."
         )
 
 
-def _projected(matrix: Array, transform: Array) -> Array:
-    projected = transform.T @ matrix @ transform
-    symmetric: Array = 0.5 * (projected + projected.T)
+def _projected(matrices: Array, transform: Array) -> Array:
+    if len(transform) == transform.shape[1]:  # nothing is locked: the identity
+        return matrices
+    projected = transform.T @ matrices @ transform
+    symmetric: Array = 0.5 * (projected + np.swapaxes(projected, 1, 2))
     return symmetric

@@ -33,6 +33,11 @@ class Elimination:
     to_full: Array
     redundant: int
 
+    @property
+    def independent(self) -> np.ndarray:
+        """(n + n_base,) places of both, in that order."""
+        return np.concatenate([self.free, self.base])
+
 
 def eliminate_locks(assembly: Assembly) -> Elimination:
     """Express the coordinates that locks determine by the others.
@@ -45,12 +50,11 @@ def eliminate_locks(assembly: Assembly) -> Elimination:
     """
     count = len(assembly.names)
     base = np.flatnonzero(assembly.is_base)
-    locks = [joint.locks for joint in assembly.joints if joint.locks.size]
-    rows = np.vstack(locks) if locks else np.zeros((0, count))
+    rows = np.vstack([np.zeros((0, count)), *(joint.locks for joint in assembly.joints)])
     total = len(rows)
     determined: list[int] = []
     eliminated: list[Array] = []
-    for group in _groups(assembly):
+    for group in _groups(assembly) if total else ():
         rows, pivots, expressions = _reduce(rows, group)
         for column, expression in zip(pivots, expressions, strict=True):
             eliminated = [row - row[column] * expression for row in eliminated]
@@ -62,12 +66,13 @@ def eliminate_locks(assembly: Assembly) -> Elimination:
             f"locked connections (inf) tie the fixations {in_words(sorted(tied))} rigidly to each other, so they "
             "could not move independently; give one of those connections a finite stiffness or use one fixation."
         )
-    free = np.setdiff1d(np.arange(count), np.r_[base, determined].astype(int))
+    independent = ~assembly.is_base
+    independent[determined] = False
+    free = np.flatnonzero(independent)
     if not len(free):
         raise ModelError("every coordinate is locked (inf) to a fixation: nothing in the model can move.")
-    kept = np.r_[free, base]
-    to_full = np.zeros((count, len(kept)))
-    to_full[kept, np.arange(len(kept))] = 1.0
+    kept = np.concatenate([free, base])
+    to_full = np.eye(count)[:, kept]
     for column, expression in zip(determined, eliminated, strict=True):
         to_full[column] = -expression[kept]
     return Elimination(free, base, to_full, total - len(determined))

@@ -61,7 +61,7 @@ class ModeTracker:
     def _resembling(self, system: LinearSystem) -> NDArray[np.intp]:
         assert self._measured.shapes is not None  # the caller has seen to it
         _, shapes, rigid = system._modal
-        rows = np.array([system.sensor(sensor)[0] for sensor in self._measured.sensors])
+        rows = system.sensors(self._measured.sensors)[0]
         likeness = mac(self._measured.shapes, rows @ shapes)
         likeness[:, rigid] = 0.0
         own, places = scipy.optimize.linear_sum_assignment(-likeness)

@@ -12,7 +12,7 @@ from ibsdyn.assembly import Assembly, reference_point
 from ibsdyn.axes import DIRECTIONS, INERTIA_NAMES, Array
 from ibsdyn.components import Connection, Fixation, FlexibleBody, Inertia1D, Item, RigidBody
 from ibsdyn.disturbances import AnyDisturbance, Tone
-from ibsdyn.elastic_parts import elastic_parts, free_motions
+from ibsdyn.elastic_parts import elastic_parts, free_motions, strain_rows
 from ibsdyn.errors import ModelError
 from ibsdyn.locks import Elimination, eliminate_locks
 from ibsdyn.signals import BaseMotion, Input, Output, base_column, load_column, sensor_row
@@ -105,7 +105,8 @@ def _redundant(redundant: int) -> list[str]:
 
 def _free_directions(assembly: Assembly, elimination: Elimination) -> list[str]:
     count = len(elimination.free)
-    null = elimination.to_full[:, :count] @ free_motions(elastic_parts(assembly, elimination.to_full), count)
+    rows = strain_rows(elastic_parts(assembly, elimination.to_full), elimination.to_full.shape[1])
+    null = elimination.to_full[:, :count] @ free_motions(rows[:, :count])
     if not null.shape[1]:
         return []
     connected = {end.split(".", 1)[0] for j in assembly.joints for end in (j.connection.item1, j.connection.item2)}

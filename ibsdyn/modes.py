@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +11,7 @@ import scipy.linalg
 
 from ibsdyn.assembly import Assembly
 from ibsdyn.axes import Array
-from ibsdyn.elastic_parts import ElasticPart, free_motions
+from ibsdyn.elastic_parts import free_motions
 from ibsdyn.errors import AnalysisError
 
 if TYPE_CHECKING:
@@ -119,13 +119,13 @@ class Modes:
         return plot_mode_shape(self, mode, axes, scale)
 
 
-def undamped_modes(M: Array, parts: Sequence[ElasticPart]) -> tuple[Array, Array, np.ndarray]:
+def undamped_modes(M: Array, rows: Array) -> tuple[Array, Array, np.ndarray]:
     """Solve K phi = omega² M phi with unit modal masses, the base at rest.
 
     Parameters
     ----------
     M : (n, n) symmetric positive definite.
-    parts : what stores the strain energy; K is the sum of their rows^T rows.
+    rows : (m, n) of what stores the strain energy; K is rows^T rows.
 
     Returns
     -------
@@ -149,22 +149,22 @@ def undamped_modes(M: Array, parts: Sequence[ElasticPart]) -> tuple[Array, Array
         raise AnalysisError(
             "the mass matrix is not positive definite: some coordinate has no mass or inertia."
         ) from error
-    free = free_motions(parts, n)
+    free = free_motions(rows)
     count = free.shape[1]
     # An orthonormal basis whose first columns are the rigid motions and whose others are the rest.
     basis = scipy.linalg.qr(L.T @ free)[0] if count else np.eye(n)
-    rows = np.vstack([np.zeros((1, n)), *(part.rows[:, :n] for part in parts)])
-    weighted = scipy.linalg.solve_triangular(L, rows.T, lower=True, check_finite=False).T
+    weighted = scipy.linalg.lapack.dtrtrs(L, rows.T, lower=1)[0].T
     if count:
         weighted = weighted @ basis[:, count:]
-    # The left singular vectors are of no use: a triangular factor has the same values and right vectors.
-    triangle = np.linalg.qr(weighted, mode="r") if len(weighted) > n - count else weighted
-    _, singular, right = np.linalg.svd(triangle, full_matrices=True)
-    elastic = basis[:, count:] @ right[::-1].T
+    # The left singular vectors are of no use: a triangular factor has the same values and right vectors. Pivoting
+    # orders it from stiff to soft, which keeps more digits of what is soft.
+    triangle, order = scipy.linalg.qr(weighted, mode="r", pivoting=True, check_finite=False)
+    _, singular, right = np.linalg.svd(triangle[: n - count], full_matrices=True)
+    elastic = basis[:, count:][:, order] @ right[::-1].T
     values = np.zeros(n - count)
     values[: len(singular)] = singular[: n - count]
     omega = np.concatenate([np.zeros(count), values[::-1]])
-    shapes = scipy.linalg.solve_triangular(L.T, np.hstack([basis[:, :count], elastic]), check_finite=False)
+    shapes = scipy.linalg.lapack.dtrtrs(L, np.hstack([basis[:, :count], elastic]), lower=1, trans=1)[0]
     # The sign of an eigenvector is arbitrary; the largest coordinate is made positive so that runs agree.
     largest = np.abs(shapes).argmax(axis=0)
     shapes = shapes * np.where(shapes[largest, np.arange(n)] < 0, -1.0, 1.0)

@@ -237,8 +237,8 @@ class MotionBasis:
 
     def _deformation(self, joint: Joint) -> Array:
         """Return the (r, n + n_base) deformation of a joint along its own axes."""
-        relative = joint.relative @ self.motion
-        return relative if len(relative) == 1 else rotate_six(joint.connection.axes_matrix).T @ relative
+        deformation: Array = joint.deformation @ self.motion
+        return deformation
 
     def _holds_rigid_motion(self, row: Array) -> bool:
         modal = np.abs(row[: self.n])

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numbers
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any, Literal
+from dataclasses import replace
+from typing import Any, Literal, NamedTuple
 
 from ibsdyn.axes import INERTIA_NAMES, STIFFNESS_NAMES, is_rotation
 from ibsdyn.components import (
@@ -40,8 +40,7 @@ _ENTRIES: Mapping[str, tuple[str, ...]] = {
 }
 
 
-@dataclass(frozen=True)
-class Parameter:
+class Parameter(NamedTuple):
     """One number of a component.
 
     Attributes

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ibsdyn.assembly import Assembly
-from ibsdyn.axes import Array
+from ibsdyn.axes import Array, rigid_transfer
 from ibsdyn.components import FlexibleBody
-from ibsdyn.elastic_parts import ElasticPart
 
 # A motion seen by a sensor that is below this share of what it is summed from is rounding of zero.
 ROUNDING = 1e-13
@@ -40,15 +38,13 @@ class QuasiStaticMotion:
         return seen
 
 
-def quasi_static_motion(
-    assembly: Assembly, parts: Sequence[ElasticPart], independent: np.ndarray, count: int
-) -> QuasiStaticMotion:
+def quasi_static_motion(assembly: Assembly, rows: Array, independent: np.ndarray, count: int) -> QuasiStaticMotion:
     """Return how the free coordinates follow the base.
 
     Parameters
     ----------
     assembly : the model.
-    parts : what stores strain energy, over the independent coordinates.
+    rows : (m, n + n_base) of what stores strain energy, over the independent coordinates.
     independent : (n + n_base,) places of the independent coordinates among all, the base's last.
     count : n.
 
@@ -59,11 +55,11 @@ def quasi_static_motion(
     n_base = len(independent) - count
     grounded = any(isinstance(body, FlexibleBody) and not body.reduced.is_free for body in assembly.bodies)
     if len(assembly.fixations) == 1 and not grounded:
-        rigid = np.ones((len(assembly.names), 1)) if assembly.axis is not None else assembly.rigid_motion()
-        chosen = rigid[independent]
-        return QuasiStaticMotion(chosen @ np.linalg.inv(chosen[count:]), strain_free=True)
+        if assembly.axis is not None:
+            return QuasiStaticMotion(np.ones((len(independent), 1)), strain_free=True)
+        about_fixation = rigid_transfer(-assembly.frames[assembly.fixations[0].name])
+        return QuasiStaticMotion(assembly.rigid_motion()[independent] @ about_fixation, strain_free=True)
     motion = np.vstack([np.zeros((count, n_base)), np.eye(n_base)])
     if n_base:
-        rows = np.vstack([np.zeros((1, count + n_base)), *(part.rows for part in parts)])
         motion[:count] = np.linalg.lstsq(rows[:, :count], -rows[:, count:], rcond=None)[0]
     return QuasiStaticMotion(motion, strain_free=False)

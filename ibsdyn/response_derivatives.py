@@ -12,15 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ibsdyn.axes import Array
+from ibsdyn.harmonic import differentiate, orders
 from ibsdyn.mode_derivatives import ModeDerivatives
 from ibsdyn.parameter_derivatives import MatrixChange, MotionBasis, lever_derivative
 from ibsdyn.parameters import Parameter
-from ibsdyn.signals import BaseMotion, CombinedSensor, Force, Input, Output, Sensor, Stroke, Torque, direction_row
+from ibsdyn.signals import BaseMotion, CombinedSensor, Force, Input, Output, Stroke, Torque, direction_row
 
 Complex = NDArray[np.complex128]
 
 # Rows of derivatives that are calculated at once: as much as the cache holds.
-BLOCK_BYTES = 2**20
+BLOCK_BYTES = 2**22
 
 
 class ResponseDerivatives:
@@ -47,9 +48,9 @@ class ResponseDerivatives:
         self._modes = modes
         n, size, count = basis.n, basis.size, len(parameters)
         system = basis.system
-        self._orders = np.array([[_order(o) - _order(i) for i in inputs] for o in outputs])
+        self._orders = orders(inputs, outputs)
         # Sensors over modes and base motions; loads on modes; base motions: each with its derivatives.
-        self._rows = np.array([np.concatenate(system.sensor(o)) @ basis.vectors for o in outputs])
+        self._rows = np.hstack(system.sensors(outputs)) @ basis.vectors
         self._row_changes = np.zeros((count, len(outputs), size))
         self._loads = np.zeros((n, len(inputs)))
         self._load_changes = np.zeros((count, n, len(inputs)))
@@ -81,8 +82,9 @@ class ResponseDerivatives:
                 response, derivatives = self._coupled(2 * np.pi * frequencies)
             else:
                 response, derivatives = self._modal(2 * np.pi * frequencies)
-            scale = (2j * np.pi * frequencies) ** self._orders[:, :, None]
-            return response * scale, derivatives * scale
+            for values in (response, derivatives):
+                differentiate(values, 2j * np.pi * frequencies, self._orders)
+            return response, derivatives
 
     def _modal(self, omega: Array) -> tuple[Complex, Complex]:
         basis, modes = self._basis, self._modes
@@ -97,6 +99,8 @@ class ResponseDerivatives:
         K, M, explicit = (
             np.array([getattr(change, name)[:n, n:] for change in self._changes]) for name in ("K", "M", "explicit")
         )
+        if basis.system.quasi_static_motion().strain_free:
+            K, explicit = np.zeros_like(K), np.zeros_like(explicit)  # whatever changes; what is there is rounding
         static_rate = (rate / safe**2)[:, None] * K + explicit
         inertia = basis.base_inertia
         loads = [self._loads, np.zeros_like(self._loads), -inertia @ self._base]
@@ -149,7 +153,7 @@ class ResponseDerivatives:
             forces = self._load_changes[p] - forces - coupling @ self._base_changes[p]
             own = self._row_changes[p] @ whole + self._rows[:, n:] @ self._base_changes[p]
             derivatives[p] = np.moveaxis(own + adjoint @ forces, 0, -1)
-        return np.moveaxis(response, 0, -1), derivatives
+        return np.ascontiguousarray(np.moveaxis(response, 0, -1)), derivatives
 
     def _rate_matrix_change(self, rate: Array, p: int) -> Array:
         """Return the derivative of phi^T C phi, C from ratios, in modes that are held: those turn, C follows them."""
@@ -170,9 +174,9 @@ def _blocks(rows: Array, blocks: Array, loads: Array) -> Array:
 def _sum_of_products(terms: Sequence[tuple[Array, Complex]], shape: tuple[int, ...]) -> Complex:
     """Return the sum of residues (P, n_out, n_in, m) times dynamics (m, n_freq): one real product, block by block."""
     kept = [(residues, dynamic) for residues, dynamic in terms if residues.any()]
-    result = np.zeros(shape, dtype=complex)
     if not kept:
-        return result
+        return np.zeros(shape, dtype=complex)
+    result = np.empty(shape, dtype=complex)
     residues = np.concatenate([own.reshape(-1, own.shape[-1]) for own, _ in kept], axis=1)
     dynamic = np.concatenate([own for _, own in kept]).view(float)
     flat = result.view(float).reshape(len(residues), -1)
@@ -180,10 +184,6 @@ def _sum_of_products(terms: Sequence[tuple[Array, Complex]], shape: tuple[int, .
     for start in range(0, len(flat), step):
         np.matmul(residues[start : start + step], dynamic, out=flat[start : start + step])
     return result
-
-
-def _order(signal: Input | Output) -> int:
-    return signal.order if isinstance(signal, (BaseMotion, Sensor, CombinedSensor)) else 0
 
 
 def _moves_along(basis: MotionBasis, parameter: Parameter, item: str) -> bool:

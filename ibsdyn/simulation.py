@@ -79,8 +79,7 @@ def simulate(
     _refuse_what_cannot_run(assembly, system, pull)
     bases = {i: system.base_motion(s) for i, s in enumerate(task.inputs) if isinstance(s, BaseMotion)}
     loads = {i: system.load(s) for i, s in enumerate(task.inputs) if not isinstance(s, BaseMotion)}
-    for sensor in task.outputs:
-        system.sensor(sensor)  # refuses what the model does not have
+    system.sensors(task.outputs)  # refuses what the model does not have
     sensors_read, weights = parts_of(task.outputs)
     begin = _start(start, task)
     steps = _steps_per_sample(system, task, steps_per_sample)

@@ -106,8 +106,7 @@ def state_space(
             A[state], B[state] = levels.of(column, level + 1)
 
     C, D = np.zeros((len(sensors), size)), np.zeros((len(sensors), count))
-    for row, sensor in enumerate(sensors):
-        free, base = system.sensor(sensor)
+    for row, (sensor, free, base) in enumerate(zip(sensors, *system.sensors(sensors), strict=True)):
         C[row], D[row] = _output(sensor, free, base @ motion, X, Y, dynamics, by_base, by_force, levels, moving)
     return StateSpace(
         A,

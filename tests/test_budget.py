@@ -206,7 +206,7 @@ def test_parts_are_the_unit_load_theorem():
         del cog  # a translation moves all of it alike
     D = system.K - w**2 * system.M + 1j * w * system.C
     relative = np.linalg.solve(D, w**2 * system.M @ follow @ base)  # what is left behind
-    row = system.sensor(TOP)[0]
+    row = system.sensors([TOP])[0][0]
     virtual = np.linalg.solve(system.K, row)
 
     def strain(motion, cog_lever_pairs, k):

@@ -10,6 +10,7 @@ from analytic import lever
 
 import fem_import as fi
 import ibsdyn as ibs
+from ibsdyn.engine.translation import Translation, silent
 
 FLEXURE = Path(__file__).parents[1] / "examples" / "mirror_flexure" / "flexure.inp"
 INERTIA = (1.5e-4, 1.2e-4, 1.0e-4, 1e-5, 0, 2e-5)
@@ -415,3 +416,52 @@ def test_a_part_that_lies_elsewhere_is_told(reduced):
     with pytest.warns(ibs.ModelWarning, match="explicit damping"):
         model.replace_with_flexible("flexure", reduced, zeta=0.01, interfaces={"ground": "base", "mirror": "tip"})
     assert any("does the part lie where the model has it" in finding for finding in model.check())
+
+
+class Witness:
+    """An Exudyn system that looks up every item it is given: of a key that it does not know Exudyn says nothing."""
+
+    def __init__(self, mbs):
+        self._mbs = mbs
+        self.seen = set()
+
+    def __getattr__(self, name):
+        own = getattr(self._mbs, name)
+        if name not in ("AddNode", "AddObject", "AddMarker"):
+            return own
+
+        def add(item):
+            number = own(item)
+            known = getattr(self._mbs, name.replace("Add", "Get"))(number)
+            assert item.keys() <= known.keys(), item.keys() - known.keys()
+            self.seen.add(next(iter(item.values())))
+            return number
+
+        return add
+
+
+@pytest.fixture
+def mbs():
+    import exudyn  # here, after ibsdyn has kept it from reading settings of the user's
+
+    return Witness(exudyn.SystemContainer().AddSystem())
+
+
+@pytest.mark.parametrize(
+    ("flexible", "body"), [("small-deflection", "GenericODE2"), ("floating-frame", "FFRFreducedOrder")]
+)
+def test_exudyn_knows_every_key_of_its_items(reduced, mbs, flexible, body):
+    with silent():
+        Translation(hybrid(reduced).assembly(), mbs, flexible)
+    assert mbs.seen >= {"RigidBody", "ConnectorRigidBodySpringDamper", "BodyRigid", body}
+
+
+@pytest.mark.parametrize(("axis", "body"), [("x", "Mass1D"), ("rz", "RotationalMass1D")])
+def test_exudyn_knows_every_key_of_its_items_in_1d(mbs, axis, body):
+    model = ibs.Model("1-D", axis=axis)
+    model.fixation("floor")
+    model.rigid_body("mass", **{"inertia" if axis == "rz" else "mass": 2.0})
+    model.connection("spring", "floor", "mass", stiffness=1e4)
+    with silent():
+        Translation(model.assembly(), mbs, "small-deflection")
+    assert mbs.seen >= {"1D", body, "ConnectorCoordinateSpringDamper", "NodeCoordinate"}

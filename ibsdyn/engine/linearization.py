@@ -56,35 +56,38 @@ def linearized_matrices(assembly: Assembly, flexible: FlexibleMapping = "small-d
             raw, to_raw = _exudyn_matrices(assembly, flexible)
         except (exu.ExudynError, RuntimeError) as error:
             raise EngineError(f"Exudyn refused the model: {error}") from error
-    M, K, C = (to_raw.T @ matrix @ to_raw for matrix in raw)
-    limit = ASYMMETRY_LIMIT[flexible]
-    K_size = stiffness_size(assembly)
-    return FullMatrices(
-        M=_symmetric(M, "M", limit, np.abs(np.diag(M))),
-        # Exudyn finds the velocity Jacobian of the gyroscopic terms by differences, about 1e-10 rad/s beside rest.
-        C=_symmetric(C, "C", limit, damping_size(assembly) + GYROSCOPIC_RATE * np.abs(np.diag(M))),
-        K=_symmetric(K, "K", limit, K_size),
-        K_size=K_size,
-    )
+    matrices = to_raw.T @ raw @ to_raw
+    M_size, K_size = np.abs(np.diag(matrices[0])), stiffness_size(assembly)
+    # Exudyn finds the velocity Jacobian of the gyroscopic terms by differences, about 1e-10 rad/s beside rest.
+    C_size = damping_size(assembly) + GYROSCOPIC_RATE * M_size
+    M, K, C = _symmetric(matrices, np.array([M_size, K_size, C_size]), ASYMMETRY_LIMIT[flexible])
+    return FullMatrices(M, C, K, K_size)
 
 
-def _symmetric(matrix: Array, letter: str, limit: float, size: Array) -> Array:
-    """Return the symmetric part after checking that nothing but rounding is lost.
+def _symmetric(matrices: Array, sizes: Array, limit: float) -> Array:
+    """Return the symmetric parts of M, K and C after checking that nothing but rounding is lost.
 
     Parameters
     ----------
-    size : (N,) scale of each diagonal entry before anything cancels in it.
+    sizes : (3, N) scale of each diagonal entry before anything cancels in it.
     """
-    asymmetry = np.abs(matrix - matrix.T)
-    if not np.isfinite(matrix).all() or (asymmetry > limit * np.sqrt(np.outer(size, size))).any():
+    transposed = np.swapaxes(matrices, 1, 2)
+    asymmetry = np.abs(matrices - transposed)
+    scale = np.sqrt(sizes)
+    # What is not finite differs from itself by nan, which is not small either.
+    small = asymmetry <= limit * (scale[:, :, None] * scale[:, None, :])
+    if not small.all():
+        worst = int(np.argmin(small.all(axis=(1, 2))))
         raise EngineError(
-            f"Exudyn's {letter} is unsymmetric (by up to {asymmetry.max():.2g}) or not finite; please report the model."
+            f"Exudyn's {'MKC'[worst]} is unsymmetric (by up to {asymmetry[worst].max():.2g}) or not finite; please "
+            "report the model."
         )
-    symmetric: Array = 0.5 * (matrix + matrix.T)
+    symmetric: Array = 0.5 * (matrices + transposed)
     return symmetric
 
 
-def _exudyn_matrices(assembly: Assembly, flexible: FlexibleMapping) -> tuple[list[Array], Array]:
+def _exudyn_matrices(assembly: Assembly, flexible: FlexibleMapping) -> tuple[Array, Array]:
+    """Return (3, n_exudyn, n_exudyn) M, K and C over Exudyn's coordinates, and the matrix that leads to those."""
     container = exu.SystemContainer()
     translation = Translation(assembly, container.AddSystem(), flexible)
     translation.mbs.Assemble()
@@ -92,4 +95,4 @@ def _exudyn_matrices(assembly: Assembly, flexible: FlexibleMapping) -> tuple[lis
     # Dense Jacobians of 500 bodies take minutes, sparse ones a fraction of a second; the numbers are the same.
     settings.linearSolver.solverType = exu.LinearSolverType.EigenSparse
     raw = translation.mbs.ComputeLinearizedSystem(simulationSettings=settings)[:3]
-    return [np.asarray(m, dtype=float) for m in raw], translation.to_raw()
+    return np.array(raw, dtype=float), translation.to_raw()

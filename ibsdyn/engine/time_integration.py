@@ -418,10 +418,6 @@ class _Run:
         if not np.isfinite(stored).all():
             first = int(np.flatnonzero(~np.isfinite(stored).all(axis=(0, 2)))[0])
             raise SimulationError(f"the run gave values that are not finite from sample {first} on, at {name!r}.")
-        if name in self.system.orders:
-            ordered = np.empty_like(stored)
-            ordered[:, :, self.system.orders[name]] = stored
-            return ordered
         return stored
 
     def _stored(self, node: int, order: int, n_samples: int) -> Array:

@@ -1,4 +1,8 @@
-"""The translation of an assembly to Exudyn: its nodes, objects and markers, and the way back to its coordinates."""
+"""The translation of an assembly to Exudyn: its nodes, objects and markers, and the way back to its coordinates.
+
+Items are given as dictionaries of what differs from Exudyn's defaults: its classes of items fill in and copy every
+default, visualisation included, which takes three times as long as Exudyn itself.
+"""
 
 from __future__ import annotations
 
@@ -7,9 +11,7 @@ from contextlib import contextmanager
 from typing import Any, Literal
 
 import exudyn as exu
-import exudyn.itemInterface as eii  # noqa: N813  # Exudyn's own abbreviation
 import numpy as np
-from exudyn.rigidBodyUtilities import RigidBodyInertia
 
 from ibsdyn.assembly import Assembly, Joint
 from ibsdyn.axes import Array, is_rotation
@@ -61,8 +63,7 @@ class Translation:
     objects : by item; an interface in small deflection is a massless body that moves with its node.
     floating, floating_nodes : by flexible body in a floating frame: its constants; frame node and node of modes.
     springs : the spring of each joint that has one, by connection.
-    body_nodes, orders : by flexible body in small deflection: its nodes, and the places of their coordinates among
-        those of its reduced matrices.
+    body_nodes : by flexible body in small deflection: its nodes, in the order of its reduced coordinates.
     """
 
     def __init__(self, assembly: Assembly, mbs: Any, flexible: FlexibleMapping, points: Points = ()) -> None:
@@ -76,7 +77,6 @@ class Translation:
         self.floating_nodes: dict[str, tuple[int, int]] = {}
         self.springs: dict[str, int] = {}
         self.body_nodes: dict[str, list[int]] = {}
-        self.orders: dict[str, list[int]] = {}
         for item in [*self.assembly.bodies, *self.assembly.fixations]:
             if self.assembly.axis is not None:
                 self._add_inertia_1d(item.name, item.inertia if isinstance(item, Inertia1D) else 0.0)
@@ -96,24 +96,24 @@ class Translation:
     # -- bodies
 
     def _add_inertia_1d(self, name: str, inertia: float) -> None:
-        node = self.mbs.AddNode(eii.Node1D(referenceCoordinates=[0.0]))
+        node = self.mbs.AddNode({"nodeType": "1D", "referenceCoordinates": [0.0]})
         assert self.assembly.axis is not None
         if is_rotation(self.assembly.axis):
-            self.mbs.AddObject(eii.ObjectRotationalMass1D(nodeNumber=node, physicsInertia=inertia))
+            self.mbs.AddObject({"objectType": "RotationalMass1D", "nodeNumber": node, "inertia": inertia})
         else:
-            self.mbs.AddObject(eii.ObjectMass1D(nodeNumber=node, physicsMass=inertia))
+            self.mbs.AddObject({"objectType": "Mass1D", "nodeNumber": node, "mass": inertia})
         self.nodes[name] = node
 
     def _rigid_node(self, position: Array) -> int:
-        node: int = self.mbs.AddNode(eii.NodeRigidBodyRxyz(referenceCoordinates=[*position, 0.0, 0.0, 0.0]))
+        node: int = self.mbs.AddNode({"nodeType": "RigidBodyRxyz", "referenceCoordinates": [*position, 0.0, 0.0, 0.0]})
         return node
 
     def _add_rigid_body(self, body: RigidBody) -> None:
         node = self._rigid_node(np.array(body.cog))
-        inertia = RigidBodyInertia(mass=body.mass, inertiaTensor=body.inertia_tensor)
+        xx, yy, zz, xy, xz, yz = body.inertia
         self.nodes[body.name] = node
         self.objects[body.name] = self.mbs.AddObject(
-            eii.ObjectRigidBody(nodeNumber=node, physicsMass=body.mass, physicsInertia=inertia.GetInertia6D())
+            {"objectType": "RigidBody", "nodeNumber": node, "mass": body.mass, "inertia": [xx, yy, zz, yz, xz, xy]}
         )
 
     def _add_massless_body(self, name: str, position: Array) -> None:
@@ -121,45 +121,41 @@ class Translation:
         # no lever, one on a body does: so an interface has a massless body too.
         self.nodes[name] = self._rigid_node(position)
         self.objects[name] = self.mbs.AddObject(
-            eii.ObjectRigidBody(nodeNumber=self.nodes[name], physicsMass=0.0, physicsInertia=[0.0] * 6)
+            {"objectType": "RigidBody", "nodeNumber": self.nodes[name], "mass": 0.0, "inertia": [0.0] * 6}
         )
 
     def _generic_node(self, count: int) -> int:
         zeros = [0.0] * count
         node: int = self.mbs.AddNode(
-            eii.NodeGenericODE2(
-                numberOfODE2Coordinates=count,
-                referenceCoordinates=zeros,
-                initialCoordinates=zeros,
-                initialCoordinates_t=zeros,
-            )
+            {
+                "nodeType": "GenericODE2",
+                "numberOfODE2Coordinates": count,
+                "referenceCoordinates": zeros,
+                "initialCoordinates": zeros,
+                "initialCoordinates_t": zeros,
+            }
         )
         return node
 
     def _add_small_deflection(self, body: FlexibleBody) -> None:
         reduced = body.reduced
         nodes = []
-        order: list[int] = []
         for interface in reduced.interfaces:
             address = f"{body.name}.{interface}"
             self._add_massless_body(address, self.assembly.frames[address])
             nodes.append(self.nodes[address])
-            first = reduced.coordinates.index(f"{interface}.x")
-            order += range(first, first + 6)
-        modes = [i for i in range(len(reduced.coordinates)) if i not in set(order)]
-        if modes:
-            self.nodes[body.name] = self._generic_node(len(modes))
+        if len(reduced.frequencies):
+            self.nodes[body.name] = self._generic_node(len(reduced.frequencies))
             nodes.append(self.nodes[body.name])
-        self.body_nodes[body.name], self.orders[body.name] = nodes, order + modes
-        pick = np.ix_(order + modes, order + modes)
-        damping = reduced.C if reduced.C is not None else np.zeros_like(reduced.K)
+        self.body_nodes[body.name] = nodes
         self.objects[body.name] = self.mbs.AddObject(
-            eii.ObjectGenericODE2(
-                nodeNumbers=nodes,
-                massMatrix=reduced.M[pick],
-                stiffnessMatrix=reduced.K[pick],
-                dampingMatrix=damping[pick],
-            )
+            {
+                "objectType": "GenericODE2",
+                "nodeNumbers": nodes,
+                "massMatrix": reduced.M,
+                "stiffnessMatrix": reduced.K,
+                "dampingMatrix": [] if reduced.C is None else reduced.C,
+            }
         )
 
     def _add_floating_frame(self, body: FlexibleBody) -> None:
@@ -174,28 +170,31 @@ class Translation:
                 if "." in end and end.split(".", 1)[0] == body.name:
                     frame.add_cross(end.split(".", 1)[1], joint.centre)
         self.floating[body.name] = frame
-        rigid = self.mbs.AddNode(eii.NodeRigidBodyEP(referenceCoordinates=[*frame.origin, 1.0, 0.0, 0.0, 0.0]))
+        rigid = self.mbs.AddNode(
+            {"nodeType": "RigidBodyEP", "referenceCoordinates": [*frame.origin, 1.0, 0.0, 0.0, 0.0]}
+        )
         modes = self._generic_node(len(frame.kept))
         self.floating_nodes[body.name] = (rigid, modes)
         self.objects[body.name] = self.mbs.AddObject(
-            eii.ObjectFFRFreducedOrder(
-                nodeNumbers=[rigid, modes],
-                massMatrixReduced=_container(frame.mass_matrix),
-                stiffnessMatrixReduced=_container(frame.stiffness),
-                dampingMatrixReduced=[] if frame.damping is None else _container(frame.damping),
-                modeBasis=frame.mode_basis,
-                referencePositions=frame.mesh_points,
-                mass=frame.mass,
-                inertia=frame.inertia,
-                centerOfMass=frame.centre_of_mass,
-                mPsiTildePsi=frame.psi_tilde_psi,
-                mPsiTildePsiTilde=frame.psi_tilde_psi_tilde,
-                mPhitTPsi=frame.phi_psi,
-                mPhitTPsiTilde=frame.phi_psi_tilde,
-                mXRefTildePsi=frame.x_psi,
-                mXRefTildePsiTilde=frame.x_psi_tilde,
-                computeFFRFterms=True,
-            )
+            {
+                "objectType": "FFRFreducedOrder",
+                "nodeNumbers": [rigid, modes],
+                "massMatrixReduced": _container(frame.mass_matrix),
+                "stiffnessMatrixReduced": _container(frame.stiffness),
+                "dampingMatrixReduced": [] if frame.damping is None else _container(frame.damping),
+                "modeBasis": frame.mode_basis,
+                "referencePositions": frame.mesh_points,
+                "mass": frame.mass,
+                "inertia": frame.inertia,
+                "centerOfMass": frame.centre_of_mass,
+                "mPsiTildePsi": frame.psi_tilde_psi,
+                "mPsiTildePsiTilde": frame.psi_tilde_psi_tilde,
+                "mPhitTPsi": frame.phi_psi,
+                "mPhitTPsiTilde": frame.phi_psi_tilde,
+                "mXRefTildePsi": frame.x_psi,
+                "mXRefTildePsiTilde": frame.x_psi_tilde,
+                "computeFFRFterms": True,
+            }
         )
 
     # -- joints
@@ -203,21 +202,23 @@ class Translation:
     def _add_spring(self, joint: Joint) -> None:
         if self.assembly.axis is not None:
             self.springs[joint.name] = self.mbs.AddObject(
-                eii.ObjectConnectorCoordinateSpringDamper(
-                    markerNumbers=self.joint_markers(joint),
-                    stiffness=joint.stiffness[0, 0],
-                    damping=joint.damping[0, 0],
-                )
+                {
+                    "objectType": "ConnectorCoordinateSpringDamper",
+                    "markerNumbers": self.joint_markers(joint),
+                    "stiffness": joint.stiffness[0, 0],
+                    "damping": joint.damping[0, 0],
+                }
             )
             return
         self.springs[joint.name] = self.mbs.AddObject(
-            eii.ObjectConnectorRigidBodySpringDamper(
-                markerNumbers=self.joint_markers(joint),
-                stiffness=joint.stiffness,
-                damping=joint.damping,
+            {
+                "objectType": "ConnectorRigidBodySpringDamper",
+                "markerNumbers": self.joint_markers(joint),
+                "stiffness": joint.stiffness,
+                "damping": joint.damping,
                 # The intrinsic formulation's Jacobian of the damper is wrong by 20 to 30 % (exudyn 1.13.6).
-                intrinsicFormulation=False,
-            )
+                "useIntrinsicFormulation": False,
+            }
         )
 
     def joint_markers(self, joint: Joint) -> list[int]:
@@ -229,7 +230,7 @@ class Translation:
 
     def coordinate_marker(self, node: int, coordinate: int) -> int:
         """Return a marker of one coordinate of a node."""
-        marker: int = self.mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=coordinate))
+        marker: int = self.mbs.AddMarker({"markerType": "NodeCoordinate", "nodeNumber": node, "coordinate": coordinate})
         return marker
 
     def marker(self, name: str, point: Array) -> int:
@@ -244,15 +245,18 @@ class Translation:
             body, interface = name.split(".", 1)
             mesh_nodes = self.floating[body].cross_nodes(interface, point)
             marker = self.mbs.AddMarker(
-                eii.MarkerSuperElementRigid(
-                    bodyNumber=self.objects[body],
-                    meshNodeNumbers=mesh_nodes,
-                    weightingFactors=[1.0 / len(mesh_nodes)] * len(mesh_nodes),
-                )
+                {
+                    "markerType": "SuperElementRigid",
+                    "bodyNumber": self.objects[body],
+                    "meshNodeNumbers": mesh_nodes,
+                    "weightingFactors": [1.0 / len(mesh_nodes)] * len(mesh_nodes),
+                }
             )
         else:
             local = point - self.assembly.frames[name]
-            marker = self.mbs.AddMarker(eii.MarkerBodyRigid(bodyNumber=self.objects[name], localPosition=local))
+            marker = self.mbs.AddMarker(
+                {"markerType": "BodyRigid", "bodyNumber": self.objects[name], "localPosition": local}
+            )
         return marker
 
     # -- back to the model's coordinates
@@ -265,11 +269,10 @@ class Translation:
 
     def _to_nodes(self, name: str) -> Array:
         """Return the (n_node, n_item) matrix from an item's coordinates to those of its nodes."""
-        place = self.assembly.places[name]
         if name in self.floating:
             return self.floating[name].to_raw()
-        size = place.stop - place.start
-        return np.eye(size)[self.orders.get(name, list(range(size)))]
+        place = self.assembly.places[name]
+        return np.eye(place.stop - place.start)
 
     def to_raw(self) -> Array:
         """Return the (n_exudyn, n) matrix from the model's coordinates to Exudyn's; the system is assembled."""
