@@ -70,59 +70,55 @@ class FixedLayout:
     def words(self, text: Characters) -> Places | None:
         """Return where the words of each line start, (n_lines, n_words); None where not all lines are like this."""
         n = len(text)
-        is_newline = text == _NEWLINE
-        n_lines = np.count_nonzero(is_newline)
         is_blank = np.empty(n + 1, bool)
         is_blank[0] = True
-        is_blank[1:] = is_newline
+        np.equal(text, _NEWLINE, out=is_blank[1:])
+        n_lines = np.count_nonzero(is_blank) - 1
         for character in self.blanks:
             is_blank[1:] |= text == character
-        is_start = is_blank[:-1] > is_blank[1:]
-        if np.count_nonzero(is_start) != n_lines * self.n_words:
+        starts = np.flatnonzero(is_blank[:-1] > is_blank[1:])
+        if len(starts) != n_lines * self.n_words:
             return None
-        starts = np.flatnonzero(is_start).reshape(n_lines, self.n_words)
+        words = starts.reshape(n_lines, self.n_words)
         if self.is_indented:
-            ends = np.flatnonzero(is_newline)
-            if np.any(starts[:, -1] > ends) or np.any(starts[1:, 0] < ends[:-1]):
+            ends = np.flatnonzero(text == _NEWLINE)
+            if (words[:, -1] > ends).any() or (words[1:, 0] < ends[:-1]).any():
                 return None
         else:
-            ends = np.append(starts[1:, 0], n) - 1
-            if not np.all(is_newline.take(ends)):
+            ends = np.empty(n_lines, np.int64)
+            np.subtract(words[1:, 0], 1, out=ends[:-1])
+            ends[-1] = n - 1
+            if not (text.take(ends) == _NEWLINE).all():
                 return None
-        # Each line has its words. The last word ends as in the first line:
+        # So each line has its words. The last one ends as in the first line:
         ends -= self.n_after
-        if self.n_after and not np.all(is_blank.take(ends + 1)):
+        if self.n_after and not is_blank.take(ends + 1).all():
+            return None
+        n_marks = self._count_marks(text, np.ascontiguousarray(words[:, -1]), ends)
+        if n_marks is None:
             return None
         n_blanks = np.count_nonzero(is_blank) - 1
-        return starts if self._accounts_for_all(text, np.ascontiguousarray(starts[:, -1]), ends, n_blanks) else None
+        return words if np.count_nonzero(are_digits(text)) + n_blanks + n_marks == n else None
 
-    def _accounts_for_all(self, text: Characters, starts: Places, ends: Places, n_blanks: int) -> bool:
-        """Whether all but the last words, which are there, are digits, and the last are numbers."""
-        n_lines = len(starts)
-        if not np.all(are_digits(text.take(ends - 1))) or np.any(ends - max(self.dot, 1) < starts):
-            return False
-        firsts = text.take(starts)
-        n_signs = np.count_nonzero(firsts == _MINUS) + np.count_nonzero(firsts == _PLUS)
-        n_others = n_blanks
+    def _count_marks(self, text: Characters, starts: Places, ends: Places) -> int | None:
+        """Return how many characters of the last words are no digits where they have their marks in place."""
+        if not are_digits(text.take(ends - 1)).all() or (ends - max(self.dot, 1) < starts).any():
+            return None
+        signs = text.take(starts)
+        count = np.count_nonzero(signs == _MINUS) + np.count_nonzero(signs == _PLUS)
         for character, distance in ((_DOT, self.dot), (self.exponent_mark, self.exponent)):
             if distance:
-                if not np.all(text.take(ends - distance) == character) or _count(text, character) != n_lines:
-                    return False
-                n_others += n_lines
+                if not (text.take(ends - distance) == character).all():
+                    return None
+                count += len(starts)
         if self.has_exponent_sign:
             signs = text.take(ends - (self.exponent - 1))
-            if not np.all((signs == _PLUS) | (signs == _MINUS)):
-                return False
-            n_signs += n_lines
-        if _count(text, _MINUS) + _count(text, _PLUS) != n_signs:
-            return False
-        return np.count_nonzero(are_digits(text)) + n_others + n_signs == len(text)
+            if not ((signs == _PLUS) | (signs == _MINUS)).all():
+                return None
+            count += len(starts)
+        return count
 
 
 def are_digits(characters: Characters) -> NDArray[np.bool_]:
     """Return which characters are digits."""
     return (characters - np.uint8(_ZERO)) <= 9
-
-
-def _count(text: Characters, character: int) -> int:
-    return int(np.count_nonzero(text == character))
