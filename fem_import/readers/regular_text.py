@@ -63,8 +63,15 @@ def regular_labelled_triplets(content: bytes) -> tuple[IntArray, IntArray, Float
     Rows and columns are 100 node + dof, dof of one digit. One comma or blank parts a pair, any number of them what
     lies between.
     """
-    found = _coordinates(content, _LARGEST_PAIR, 5, _PairedText)
-    return None if found is None else (found[0] + 1, found[1] + 1, found[2])
+    found = _coordinates(content, _LARGEST_INDEX, 5, _PairedText)
+    if found is None:  # perhaps only because a label is large, which twice the memory takes
+        found = _coordinates(content, _LARGEST_PAIR, 5, _PairedText)
+    if found is None:
+        return None
+    rows, columns, values = found
+    rows += 1
+    columns += 1
+    return rows, columns, values
 
 
 def regular_column(content: Bytes) -> FloatArray | None:
