@@ -105,7 +105,7 @@ class FixedLayout:
         if not are_digits(text.take(ends - 1)).all() or (ends - max(self.dot, 1) < starts).any():
             return None
         signs = text.take(starts)
-        count = np.count_nonzero(signs == _MINUS) + np.count_nonzero(signs == _PLUS)
+        count = int(np.count_nonzero(signs == _MINUS) + np.count_nonzero(signs == _PLUS))
         for character, distance in ((_DOT, self.dot), (self.exponent_mark, self.exponent)):
             if distance:
                 if not (text.take(ends - distance) == character).all():
@@ -121,4 +121,6 @@ class FixedLayout:
 
 def are_digits(characters: Characters) -> NDArray[np.bool_]:
     """Return which characters are digits."""
-    return (characters - np.uint8(_ZERO)) <= 9
+    # One comparison: what is below "0" wraps round to above 9.
+    flags: NDArray[np.bool_] = np.subtract(characters, _ZERO) <= 9
+    return flags

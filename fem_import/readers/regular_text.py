@@ -1,9 +1,9 @@
 """Lines of numbers, one like the other, parsed by scipy's fast Matrix Market parser.
 
 That parser works on all cores, but passes over what follows a number on its line: 1.0D0 would be 1 and 1.5-105
-would be 1.5. So every byte is looked at on its way there, while the other cores parse what went before, and the
-result counts only if the text leaves nothing over. What is not so regular is None here: slower parsers, which say
-what is wrong and where, take it.
+would be 1.5. So every byte is accounted for on its way there, while the other cores parse what went before, and the
+result counts only if the text leaves nothing over: by counting where numbers end alike (fixed_layout), else mark by
+mark. What is not so regular is None here: slower parsers, which say what is wrong and where, take it.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ def regular_labelled_triplets(content: bytes) -> tuple[IntArray, IntArray, Float
     lies between.
     """
     found = _coordinates(content, _LARGEST_INDEX, 5, _PairedText)
-    if found is None:  # perhaps only because a label is large, which twice the memory takes
+    if found is None:  # perhaps only as a label is above 21 million, which takes 64 bits
         found = _coordinates(content, _LARGEST_PAIR, 5, _PairedText)
     if found is None:
         return None
@@ -235,7 +235,7 @@ class _PairedText(_CheckedText):
         """Return the block with a zero for the blank or comma within each pair."""
         if not text:
             return b""
-        result = np.frombuffer(text, np.uint8).copy()
+        result: NDArray[np.uint8] = np.frombuffer(text, np.uint8).copy()
         is_comma = result == ord(",")
         result -= is_comma.view(np.uint8) * np.uint8(ord(",") - ord(" "))
         for column in (1, 3):

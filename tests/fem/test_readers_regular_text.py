@@ -6,6 +6,7 @@ import re
 import numpy as np
 import pytest
 
+from fem_import.readers.fixed_layout import FixedLayout
 from fem_import.readers.regular_text import (
     BLOCK,
     regular_column,
@@ -80,6 +81,60 @@ def test_damaged_texts_are_none_or_what_a_strict_reading_gives(layout):
         for ours, theirs, first in zip(found, expected, (1, 1, 0), strict=True):
             np.testing.assert_array_equal(ours, theirs - first)
     assert taken > 20  # some damage leaves numbers
+
+
+def layout_of(text, n_words=3):
+    return FixedLayout.of(text[: text.index(b"\n") + 1], n_words, b" \t\r\n", b"eE")
+
+
+def characters(text):
+    return np.frombuffer(text, np.uint8)
+
+
+@pytest.mark.parametrize(
+    "layout",
+    ["{} {} {:.15E}", "{} {} {:20.13e}", "{:9d}{:9d} {:24.16E}", "{}\t{} {: .15e}", "{} {} {:.4f}\r", "{} {} {:.0f}"],
+)
+def test_numbers_that_end_alike_are_accounted_for_by_counting(layout):
+    text = written(random.Random(2), layout, 500)
+    words = layout_of(text).words(characters(text))
+    assert words.shape == (500, 3)
+    lines = text.split(b"\n")[:-1]
+    starts = np.cumsum([0, *(len(line) + 1 for line in lines[:-1])])
+    for line, start, found in zip(lines, starts.tolist(), words.tolist(), strict=True):
+        expected = [match.start() + start for match in re.finditer(rb"\S+", line)]
+        assert found == expected
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        b"12 34 1.5e+5",  # another length
+        b"12 3.4 1.50e+05",
+        b"12 34.5678 8901234e+05",
+        b"12 3 4 1.50e+05",
+        b"12 1.50e+05",
+        b"12 -3 1.50e+05",
+        b"12 34 1.50e 05",
+        b"12 34 1.50e+ 5",
+        b"12 34 1.50e+0-",
+        b"12 34 1.5.e+05",
+        b"12 34 1.5ee+05",
+        b"12 34 1-50e+05",
+        b"12 34 --.50e+05",
+        b"12 34 1.50e+05 ",
+        b" 12 34 1.50D+05",
+        b"12 34 1 .50e+05",
+        b"12\x00 34 1.50e+05",
+        b"",
+    ],
+)
+def test_no_other_line_among_numbers_that_end_alike_is_accounted_for(line):
+    """Also where as many other lines make up for what is missing in this one."""
+    usual = b"7 8 9.25e-03\n"
+    for other in (b"", b"12 34\n", b"12 34 1.50e+05 6\n", b"12 34 150e+05\n", b"12 34 1..50e+05\n", b"12 3434 1.50e\n"):
+        text = usual + line + b"\n" + usual + other + usual
+        assert layout_of(text).words(characters(text)) is None
 
 
 @pytest.mark.parametrize("separators", [",  , ", "     ", ", ,,, "])
