@@ -1,9 +1,9 @@
 """Lines of numbers, one like the other, parsed by scipy's fast Matrix Market parser.
 
 That parser works on all cores, but passes over what follows a number on its line: 1.0D0 would be 1 and 1.5-105
-would be 1.5. So every byte is looked at on its way there, while the other cores parse what went before, and the
-result counts only if the text leaves nothing over. What is not so regular is None here: slower parsers, which say
-what is wrong and where, take it.
+would be 1.5. So every byte is accounted for on its way there, while the other cores parse what went before, and the
+result counts only if the text leaves nothing over: by counting where numbers end alike (fixed_layout), else mark by
+mark. What is not so regular is None here: slower parsers, which say what is wrong and where, take it.
 """
 
 from __future__ import annotations
@@ -17,6 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import io as scipy_io
 from scipy import sparse
+
+from fem_import.readers.fixed_layout import FixedLayout, Places, are_digits
 
 IntArray: TypeAlias = NDArray[np.signedinteger[Any]]
 FloatArray: TypeAlias = NDArray[np.float64]
@@ -61,8 +63,15 @@ def regular_labelled_triplets(content: bytes) -> tuple[IntArray, IntArray, Float
     Rows and columns are 100 node + dof, dof of one digit. One comma or blank parts a pair, any number of them what
     lies between.
     """
-    found = _coordinates(content, _LARGEST_PAIR, 5, _PairedText)
-    return None if found is None else (found[0] + 1, found[1] + 1, found[2])
+    found = _coordinates(content, _LARGEST_INDEX, 5, _PairedText)
+    if found is None:  # perhaps only as a label is above 21 million, which takes 64 bits
+        found = _coordinates(content, _LARGEST_PAIR, 5, _PairedText)
+    if found is None:
+        return None
+    rows, columns, values = found
+    rows += 1
+    columns += 1
+    return rows, columns, values
 
 
 def regular_column(content: Bytes) -> FloatArray | None:
@@ -124,19 +133,16 @@ def _parsed(header: str, content: Bytes, n_lines: int, words_a_line: int, kind: 
 class _CheckedText(io.RawIOBase):
     """A header and a text as one stream that looks at each block as the parser asks for it."""
 
+    blanks = b" \t\r\n"
+    exponents = b"eE"
     classes_of_bytes = _byte_classes()
-    # A sign stands where another number has a blank, so both count as one.
-    _marks = bytes.maketrans(b"+-,\tDdE", b"    eee")
 
     def __init__(self, header: str, content: Bytes, words_a_line: int) -> None:
         self._header = header.encode()
         self._blocks = _blocks_of_lines(content)
         self._words_a_line = words_a_line
-        self._classes = np.full(BLOCK + 1, _BLANK, np.uint8)  # the first stands before each block
-        self._pairs = np.empty(BLOCK, np.uint8)
-        self._is_blank = np.empty(BLOCK + 1, bool)
-        self._flags = np.empty(BLOCK, bool)
-        self._first = b""  # the marks of the first line
+        self._layout: FixedLayout | None = None
+        self._words: Places = np.empty((0, words_a_line), np.int64)
         self._n_lines = 0
         self.is_clean = True
 
@@ -166,37 +172,30 @@ class _CheckedText(io.RawIOBase):
         """Whether these are lines of so many numbers, of which only the last may have a dot and an exponent."""
         if not text:
             return True
+        if self._layout is None and not self._n_lines:
+            line = text[: text.index(b"\n") + 1]
+            self._layout = FixedLayout.of(line, self._words_a_line, self.blanks, self.exponents)
+        words = self._layout.words(np.frombuffer(text, np.uint8)) if self._layout is not None else None
+        if words is None:
+            words = self._words_line_by_line(text)
+        if words is None:
+            return False
+        self._n_lines += len(words)
+        self._words = words
+        return True
+
+    def _words_line_by_line(self, text: bytes) -> Places | None:
+        """Return where the words start, (n_lines, n_words), if lines of any layout are numbers; None if not."""
         n = len(text)
-        classes, flags = self._classes[: n + 1], self._flags[:n]
+        classes = np.empty(n + 1, np.uint8)
+        classes[0] = _BLANK  # stands before the block
         classes[1:] = np.frombuffer(text.translate(self.classes_of_bytes), np.uint8)
-        pairs = np.multiply(classes[:-1], 16, out=self._pairs[:n])  # shifts of bytes are ten times slower in NumPy
+        pairs = classes[:-1] * np.uint8(16)  # shifts of bytes are ten times slower in NumPy
         pairs &= classes[1:]
         if pairs.any():
-            return False
-        is_blank = np.equal(classes, _BLANK, out=self._is_blank[: n + 1])
-        np.greater(is_blank[:-1], is_blank[1:], out=flags)  # where words start
-        n_lines = self._count_like_first(text)
-        if n_lines is None:
-            n_lines = self._count_line_by_line(text)
-        self._n_lines += n_lines or 0
-        return n_lines is not None and np.count_nonzero(flags) == self._words_a_line * n_lines
-
-    def _count_like_first(self, text: bytes) -> int | None:
-        """Return the number of lines if all have the blanks, signs, dot and exponent of the first; None if not."""
-        marks = text.translate(self._marks, b"0123456789")
-        if not self._first:
-            end = text.find(b"\n") + 1
-            if self._count_line_by_line(text[:end]) is None:
-                return None
-            self._first = text[:end].translate(self._marks, b"0123456789")
-        n_lines, rest = divmod(len(marks), len(self._first))
-        return n_lines if not rest and marks == self._first * n_lines else None
-
-    def _count_line_by_line(self, text: bytes) -> int | None:
-        """Return the number of lines if each has so many words, with a dot and an exponent in the last at most."""
-        n = len(text)
-        classes = self._classes[1 : n + 1]
-        starts = np.flatnonzero(self._flags[:n])
+            return None
+        is_blank = classes == _BLANK
+        starts = np.flatnonzero(is_blank[:-1] > is_blank[1:])
         ends = np.flatnonzero(np.frombuffer(text, np.uint8) == _NEWLINE)
         if len(starts) != self._words_a_line * len(ends):
             return None
@@ -205,20 +204,21 @@ class _CheckedText(io.RawIOBase):
             return None
         places = []
         for kind in (_DOT, _EXPONENT):
-            marks = np.flatnonzero(classes == kind)
+            marks = np.flatnonzero(classes[1:] == kind)
             lines = np.searchsorted(ends, marks)
             if np.any(np.diff(lines) == 0) or np.any(marks < words[lines, -1]):
                 return None
             place = np.full(len(ends), n if kind == _EXPONENT else -1)
             place[lines] = marks
             places.append(place)
-        return len(ends) if np.all(places[0] < places[1]) else None
+        return words if np.all(places[0] < places[1]) else None
 
 
 class _FortranText(_CheckedText):
     """Numbers such as 1.0D0."""
 
-    classes_of_bytes = _byte_classes(exponents=b"eEdD")
+    exponents = b"eEdD"
+    classes_of_bytes = _byte_classes(exponents=exponents)
 
     def rewritten(self, text: bytes) -> bytes:
         """Return the block with exponents as the parser knows them."""
@@ -228,18 +228,22 @@ class _FortranText(_CheckedText):
 class _PairedText(_CheckedText):
     """Lines "node, dof, node, dof, value" rewritten as three numbers: the pair 12,3 becomes 1203."""
 
-    classes_of_bytes = _byte_classes(blanks=b", \t\r\n")
+    blanks = b" \t\r\n,"
+    classes_of_bytes = _byte_classes(blanks=blanks)
 
     def rewritten(self, text: bytes) -> bytes:
         """Return the block with a zero for the blank or comma within each pair."""
         if not text:
             return b""
-        is_blank = self._is_blank[: len(text) + 1]
-        dofs = np.flatnonzero(np.greater(is_blank[:-1], is_blank[1:])).reshape(-1, 5)[:, [1, 3]].ravel()
-        result = np.frombuffer(text.translate(bytes.maketrans(b",", b" ")), np.uint8).copy()
-        # One character parts each pair, on one line, and the second of it is one digit.
-        if is_blank[dofs - 1].any() or not is_blank[dofs + 2].all() or np.any(result[dofs - 1] == _NEWLINE):
-            self.is_clean = False
-            return b""
-        result[dofs - 1] = ord("0")
-        return bytes(result)
+        result: NDArray[np.uint8] = np.frombuffer(text, np.uint8).copy()
+        is_comma = result == ord(",")
+        result -= is_comma.view(np.uint8) * np.uint8(ord(",") - ord(" "))
+        for column in (1, 3):
+            dofs = np.ascontiguousarray(self._words[:, column])
+            # One character parts each pair, on one line, and the second of it is one digit.
+            is_single = are_digits(result.take(dofs - 2)) & ~are_digits(result.take(dofs + 1))
+            if not np.all(is_single & (result.take(dofs - 1) != _NEWLINE)):
+                self.is_clean = False
+                return b""
+            result[dofs - 1] = ord("0")
+        return result.tobytes()

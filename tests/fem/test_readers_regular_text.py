@@ -6,6 +6,7 @@ import re
 import numpy as np
 import pytest
 
+from fem_import.readers.fixed_layout import FixedLayout
 from fem_import.readers.regular_text import (
     BLOCK,
     regular_column,
@@ -80,6 +81,76 @@ def test_damaged_texts_are_none_or_what_a_strict_reading_gives(layout):
         for ours, theirs, first in zip(found, expected, (1, 1, 0), strict=True):
             np.testing.assert_array_equal(ours, theirs - first)
     assert taken > 20  # some damage leaves numbers
+
+
+@pytest.mark.parametrize("layout", ["{:.16e}", "{:25.15E}", "{!r}", "{:.17g}", "{: .15e}", "{:.20e}", "{:.8e}"])
+@pytest.mark.parametrize("mark", ["e", "D"])
+def test_every_value_is_that_of_float_bit_for_bit(layout, mark):
+    """But for -0.0, of which the parser of columns makes 0.0; both are left out of a sparse matrix."""
+    chance = random.Random(7)
+    bits = np.array([chance.getrandbits(64) for _ in range(5000)], np.uint64).view(np.float64)
+    edges = [0.0, 5e-324, -2.2250738585072014e-308, 1.7976931348623157e308, 2.0**53 + 2, 1e22, 1e23]
+    ordinary = [chance.gauss(0, 10 ** chance.uniform(-20, 20)) for _ in range(5000)]
+    words = [layout.format(value) for value in [*bits[np.isfinite(bits)].tolist(), *edges, *ordinary]]
+    expected = np.array([float(word) for word in words])
+    finite = np.isfinite(expected)  # few digits round the largest up to infinity
+    text = "".join(word + "\n" for word, kept in zip(words, finite, strict=True) if kept)
+    found = regular_column(text.replace("e", mark).replace("E", mark).encode())
+    np.testing.assert_array_equal(found.view(np.int64), expected[finite].view(np.int64))
+
+
+def layout_of(text, n_words=3):
+    return FixedLayout.of(text[: text.index(b"\n") + 1], n_words, b" \t\r\n", b"eE")
+
+
+def characters(text):
+    return np.frombuffer(text, np.uint8)
+
+
+@pytest.mark.parametrize(
+    "layout",
+    ["{} {} {:.15E}", "{} {} {:20.13e}", "{:9d}{:9d} {:24.16E}", "{}\t{} {: .15e}", "{} {} {:.4f}\r", "{} {} {:.0f}"],
+)
+def test_numbers_that_end_alike_are_accounted_for_by_counting(layout):
+    text = written(random.Random(2), layout, 500)
+    words = layout_of(text).words(characters(text))
+    assert words.shape == (500, 3)
+    lines = text.split(b"\n")[:-1]
+    starts = np.cumsum([0, *(len(line) + 1 for line in lines[:-1])])
+    for line, start, found in zip(lines, starts.tolist(), words.tolist(), strict=True):
+        expected = [match.start() + start for match in re.finditer(rb"\S+", line)]
+        assert found == expected
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        b"12 34 1.5e+5",  # another length
+        b"12 3.4 1.50e+05",
+        b"12 34.5678 8901234e+05",
+        b"12 3 4 1.50e+05",
+        b"12 1.50e+05",
+        b"12 -3 1.50e+05",
+        b"12 34 1.50e 05",
+        b"12 34 1.50e+ 5",
+        b"12 34 1.50e+0-",
+        b"12 34 1.5.e+05",
+        b"12 34 1.5ee+05",
+        b"12 34 1-50e+05",
+        b"12 34 --.50e+05",
+        b"12 34 1.50e+05 ",
+        b" 12 34 1.50D+05",
+        b"12 34 1 .50e+05",
+        b"12\x00 34 1.50e+05",
+        b"",
+    ],
+)
+def test_no_other_line_among_numbers_that_end_alike_is_accounted_for(line):
+    """Also where as many other lines make up for what is missing in this one."""
+    usual = b"7 8 9.25e-03\n"
+    for other in (b"", b"12 34\n", b"12 34 1.50e+05 6\n", b"12 34 150e+05\n", b"12 34 1..50e+05\n", b"12 3434 1.50e\n"):
+        text = usual + line + b"\n" + usual + other + usual
+        assert layout_of(text).words(characters(text)) is None
 
 
 @pytest.mark.parametrize("separators", [",  , ", "     ", ", ,,, "])
