@@ -231,6 +231,24 @@ def test_damage_never_gives_another_exception(tmp_path, market):
         assert_damage_is_answered(folder, lambda path=folder / name: fi.read(path, units="SI"), range(80), at_least=0)
 
 
+HALF_READ = [
+    b"1.0D0",
+    b"1.5-105",
+    b"1..5",
+    b"2 3",
+    b"0x1p3",
+    b"",
+    b"1.e5.5",
+    b"1e400",
+    b"+",
+    b"1.0 # note",
+    b"1.0e",
+    b"1.0E+",
+    b"-",
+    b"1.0e5 .",
+]
+
+
 @pytest.mark.parametrize("value", HALF_READ)
 def test_lines_that_are_none_are_never_half_read(value):
     """Parsers that stop at the first wrong character would read 1.0D0 as 1 and 1.5-105 as 1.5."""
