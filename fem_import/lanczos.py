@@ -11,7 +11,7 @@ from scipy import sparse
 
 from fem_import.errors import ReductionError
 from fem_import.sparse_blocks import RowParallel
-from fem_import.tall_blocks import combine, in_rows, inner, subtract
+from fem_import.tall_blocks import combine, in_rows, inner, put, subtract
 from fem_import.threads import one_blas_thread
 
 FloatArray: TypeAlias = NDArray[np.float64]
@@ -110,7 +110,7 @@ class _Basis:
             if place == 0:
                 self._chunks.append(np.empty((self._n, _COLUMNS_OF_A_CHUNK), order="F"))
             count = min(_COLUMNS_OF_A_CHUNK - place, block.shape[1] - taken)
-            self._chunks[-1][:, place : place + count] = block[:, taken : taken + count]
+            put(self._chunks[-1][:, place : place + count], block[:, taken : taken + count])
             taken += count
             self.size += count
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -11,7 +10,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from fem_import.tall_blocks import in_rows
-from fem_import.threads import n_threads
+from fem_import.threads import n_threads, side_by_side
 
 FloatArray: TypeAlias = NDArray[np.float64]
 IntArray: TypeAlias = NDArray[np.int64]
@@ -46,8 +45,7 @@ class RowParallel:
             first, last = self._ranges[index]
             product[first:last] = self._parts[index] @ block
 
-        with ThreadPoolExecutor(len(self._parts)) as pool:
-            list(pool.map(multiply, range(len(self._parts))))
+        side_by_side(multiply, range(len(self._parts)))
         return product
 
 

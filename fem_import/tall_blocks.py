@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from typing import Literal, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fem_import.threads import n_threads
+from fem_import.threads import n_threads, side_by_side
 
 FloatArray: TypeAlias = NDArray[np.float64]
 Result = TypeVar("Result")
@@ -63,6 +62,15 @@ def subtract(target: FloatArray, block: FloatArray, coefficients: FloatArray) ->
     _by_rows(len(block), some)
 
 
+def put(target: FloatArray, block: FloatArray) -> None:
+    """Copy a block (n, k) to a place of its size; the first touch of fresh memory costs more than the copy."""
+
+    def some(start: int, end: int) -> None:
+        target[start:end] = block[start:end]
+
+    _by_rows(len(block), some)
+
+
 def in_rows(block: FloatArray) -> FloatArray:
     """Return a block (n, k) in row order, as sparse products want it; itself if it is so already."""
     return block if block.flags.c_contiguous else _copied(block, "C")
@@ -90,7 +98,4 @@ def _by_rows(n_rows: int, work: Callable[[int, int], Result]) -> list[Result]:
     count = max(1, min(n_threads(), n_rows // _WORTH_A_THREAD))
     limits = [n_rows * index // count for index in range(count + 1)]
     ranges = list(itertools.pairwise(limits))
-    if count == 1:
-        return [work(*ranges[0])]
-    with ThreadPoolExecutor(count) as pool:
-        return list(pool.map(lambda limits: work(*limits), ranges))
+    return side_by_side(lambda limits: work(*limits), ranges)

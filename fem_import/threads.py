@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import functools
 import os
+import threading
 from collections.abc import Callable, Iterable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import AbstractContextManager
 from typing import TypeVar
 
@@ -29,12 +30,37 @@ def n_threads() -> int:
 def side_by_side(function: Callable[[_Item], _Result], items: Iterable[_Item]) -> list[_Result]:
     """Apply a function to few large items on as many threads as there are: NumPy and SciPy let go of Python's lock.
 
-    Raises what the function raised for the first item that failed.
+    The first item is this thread's own; calls from within the others go one after the other. Raises what the function
+    raised for the first item that failed, when all have ended.
     """
-    if n_threads() == 1:
-        return [function(item) for item in items]
-    with ThreadPoolExecutor(n_threads()) as pool:
-        return list(pool.map(function, items))
+    listed = list(items)
+    if n_threads() == 1 or len(listed) < 2 or getattr(_here, "is_worker", False):
+        return [function(item) for item in listed]
+    others = [_workers().submit(_as_worker, function, item) for item in listed[1:]]
+    try:
+        results = [function(listed[0])]
+    finally:
+        wait(others)
+    return results + [other.result() for other in others]
+
+
+_here = threading.local()
+
+
+def _as_worker(function: Callable[[_Item], _Result], item: _Item) -> _Result:
+    _here.is_worker = True  # one that waited for another could wait for itself
+    return function(item)
+
+
+@functools.cache
+def _workers() -> ThreadPoolExecutor:
+    # Kept: a block of vectors is multiplied some hundred times in a reduction, and to start a thread takes as long as
+    # a tenth of such a product.
+    return ThreadPoolExecutor(n_threads() - 1, thread_name_prefix="fem_import")
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_workers.cache_clear)  # threads do not survive a fork
 
 
 def one_blas_thread() -> AbstractContextManager[object]:

@@ -1,6 +1,7 @@
 """The sparse solver and what stands on it: against dense algebra, with and without the optional wheels."""
 
 import importlib
+import os
 
 import numpy as np
 import pytest
@@ -177,3 +178,31 @@ def test_the_error_estimate_is_the_error(tie, inertia_vectors):
     estimate = body.reduction_errors(reduced, shapes[:, 6:])[judged]
     true = (reduced / full[: len(reduced)] - 1)[judged]
     np.testing.assert_allclose(estimate, true, rtol=0.15)
+
+
+def test_work_side_by_side_keeps_its_order_and_nests(monkeypatch):
+    from fem_import import threads
+
+    monkeypatch.setattr(threads, "n_threads", lambda: 3)
+    threads._workers.cache_clear()
+    try:
+
+        def nested(item):
+            return sum(threads.side_by_side(lambda k: item * k, range(5)))
+
+        assert threads.side_by_side(nested, range(8)) == [10 * item for item in range(8)]
+
+        def failing(item):
+            if item in (2, 5):
+                raise ValueError(f"item {item}")
+            return item
+
+        with pytest.raises(ValueError, match="item 2"):
+            threads.side_by_side(failing, range(8))
+        if hasattr(os, "fork"):
+            child = os.fork()
+            if child == 0:  # a forked process has none of the threads
+                os._exit(0 if threads.side_by_side(abs, [-1, -2, -3]) == [1, 2, 3] else 1)
+            assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+    finally:
+        threads._workers.cache_clear()
