@@ -143,27 +143,14 @@ def _names(channels: Channels) -> tuple[str, ...]:
 
 def _multisine(channels: Channels, period: int | None, drop_periods: int, lines: Array | None) -> FrfEstimate:
     found = periodic_estimate(channels, period, drop_periods, lines)
-    regression, n_freq = found.regression, len(found.frequencies)
+    regression = found.regression
     noise_level = distortion_level = None
     if found.noise_variance is not None:
         noise_level = np.sqrt(found.noise_variance).transpose(1, 2, 0)
     runs = len(channels.records)
     words = f"periodic excitation, {found.n_averages:g} periods in {runs} run{'s' if runs > 1 else ''}"
-    estimate = FrfEstimate(
-        frequencies=found.frequencies,
-        response=regression.response.transpose(1, 2, 0),
-        outputs=channels.outputs,
-        inputs=channels.inputs,
-        output_units=channels.output_units,
-        input_units=channels.input_units,
-        method=words,
-        coherence=regression.coherence.T,
-        partial_coherence=regression.partial_coherence.transpose(1, 2, 0),
-        residual_covariance=regression.residual.transpose(1, 2, 0),
-        input_gain=regression.gain.transpose(1, 2, 0),
-        degrees_of_freedom=np.full(n_freq, float(regression.degrees_of_freedom)),
-        n_averages=found.n_averages,
-        resolution=found.spacing,
+    estimate = replace(
+        _estimate(channels, regression, found.frequencies, words, found.n_averages, found.spacing),
         noise_level=noise_level,
         detection_lines=found.detection_lines,
     )
@@ -181,8 +168,15 @@ def _from_spectra(channels: Channels, spectra: CrossSpectra, regression: Regress
             "longer.",
             RecordWarning,
         )
+    return _estimate(channels, regression, spectra.frequencies, words, spectra.averages.effective, spectra.resolution)
+
+
+def _estimate(
+    channels: Channels, regression: Regression, frequencies: Array, words: str, n_averages: float, resolution: float
+) -> FrfEstimate:
+    """Name what a regression found; it has frequency first, an estimate last."""
     return FrfEstimate(
-        frequencies=spectra.frequencies,
+        frequencies=frequencies,
         response=regression.response.transpose(1, 2, 0),
         outputs=channels.outputs,
         inputs=channels.inputs,
@@ -193,9 +187,9 @@ def _from_spectra(channels: Channels, spectra: CrossSpectra, regression: Regress
         partial_coherence=regression.partial_coherence.transpose(1, 2, 0),
         residual_covariance=regression.residual.transpose(1, 2, 0),
         input_gain=regression.gain.transpose(1, 2, 0),
-        degrees_of_freedom=np.full(len(spectra.frequencies), regression.degrees_of_freedom),
-        n_averages=spectra.averages.effective,
-        resolution=spectra.resolution,
+        degrees_of_freedom=np.full(len(frequencies), float(regression.degrees_of_freedom)),
+        n_averages=n_averages,
+        resolution=resolution,
     )
 
 
