@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import tempfile
 from collections.abc import Sequence
@@ -20,7 +19,7 @@ from ibsdyn.errors import (
     warn_user,
 )
 from ibsdyn.history.difference import Difference, difference
-from ibsdyn.history.revision import RecordedResult, Revision
+from ibsdyn.history.revision import RecordedResult, Revision, recorded_results
 from ibsdyn.history.store import NewRevision, Store
 from ibsdyn.model import Model
 from ibsdyn.provenance import fidelity_of, input_hash, versions
@@ -211,30 +210,11 @@ class History:
 
 
 def _results(model: Model) -> tuple[RecordedResult, ...]:
-    """Check every requirement; one without a value is kept with the reason, not left out."""
-    system = model.linearize()
-    results = []
-    for requirement in model.requirements.values():
-        quantity = requirement.quantity
-        try:
-            checked = requirement.check(system)
-            value, met, problem = checked.value, checked.met, ""
-        except IbsdynError as error:
-            value, met, problem = math.nan, False, str(error)
-            warn_user(f"requirement {requirement.name!r} is recorded without a value: {error}", HistoryWarning)
-        results.append(
-            RecordedResult(
-                requirement.name,
-                quantity.name,
-                value,
-                requirement.limit,
-                requirement.sense,
-                quantity.unit,
-                met,
-                problem,
-            )
-        )
-    return tuple(results)
+    results = recorded_results(model, model.linearize())
+    for result in results:
+        if result.problem:
+            warn_user(f"requirement {result.name!r} is recorded without a value: {result.problem}", HistoryWarning)
+    return results
 
 
 def _written(model: Model) -> tuple[str | None, dict[str, bytes], str]:

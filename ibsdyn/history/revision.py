@@ -7,7 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
 
-from ibsdyn.errors import UnknownNameError, nearest
+from ibsdyn.errors import IbsdynError, UnknownNameError, nearest
+from ibsdyn.linear_system import LinearSystem
+from ibsdyn.model import Model
 
 
 @dataclass(frozen=True)
@@ -41,6 +43,31 @@ class RecordedResult:
             return f"{self.name}: no value ({self.problem})"
         verdict = "met" if self.met else "NOT MET"
         return f"{self.name}: {self.value:.4g}{unit} {self.sense} {self.limit:.4g}{unit} {verdict}"
+
+
+def recorded_results(model: Model, system: LinearSystem) -> tuple[RecordedResult, ...]:
+    """Check every requirement of a model; one without a value is kept with the reason, not left out."""
+    results = []
+    for requirement in model.requirements.values():
+        quantity = requirement.quantity
+        try:
+            checked = requirement.check(system)
+            value, met, problem = checked.value, checked.met, ""
+        except IbsdynError as error:
+            value, met, problem = math.nan, False, str(error)
+        results.append(
+            RecordedResult(
+                requirement.name,
+                quantity.name,
+                value,
+                requirement.limit,
+                requirement.sense,
+                quantity.unit,
+                met,
+                problem,
+            )
+        )
+    return tuple(results)
 
 
 @dataclass(frozen=True)

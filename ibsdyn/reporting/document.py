@@ -20,6 +20,7 @@ from ibsdyn.comparison import Comparison
 from ibsdyn.components import FlexibleBody, Inertia1D, RigidBody
 from ibsdyn.errors import ReportError, known_keywords
 from ibsdyn.history import History
+from ibsdyn.history.revision import recorded_results
 from ibsdyn.model import Model
 from ibsdyn.modes import Modes
 from ibsdyn.provenance import fidelity_of, input_hash, versions
@@ -30,7 +31,7 @@ from ibsdyn.reporting.history import history_data, history_section
 from ibsdyn.reporting.html import ZOOM, Cell, Section, listed, number, paragraph, table
 from ibsdyn.reporting.modes import mode_data, mode_section
 from ibsdyn.reporting.packing import json_for_script
-from ibsdyn.reporting.requirements import checked_requirements, requirement_section
+from ibsdyn.reporting.requirements import requirement_section
 from ibsdyn.reporting.responses import comparison_data, default_band, labels, response_data
 from ibsdyn.reporting.scene import scene_data
 from ibsdyn.resonance_grid import checked_band
@@ -109,7 +110,7 @@ def _page(
     elastic = np.flatnonzero(~shown.rigid)[:count]
     numbers = [int(n) for n in (*np.flatnonzero(shown.rigid), *elastic)]
     limits = default_band(systems[0], count) if band is None else checked_band(band)
-    checked = [checked_requirements(each, system) for each, system in zip(models, systems, strict=True)]
+    checked = [recorded_results(each, system) for each, system in zip(models, systems, strict=True)]
     named = {name: (each, system) for name, each, system in zip(names, models, systems, strict=True)}
     responses, missing = response_data(named, limits)
     budgets, budget_words = budget_of(model, systems[0])

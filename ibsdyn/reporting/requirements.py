@@ -4,55 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from html import escape
 
-from ibsdyn.errors import IbsdynError
-from ibsdyn.linear_system import LinearSystem
-from ibsdyn.model import Model
+from ibsdyn.history.revision import RecordedResult
 from ibsdyn.reporting.html import Cell, badge, gauge, paragraph, table, with_unit
 
 
-@dataclass(frozen=True)
-class CheckedRequirement:
-    """A requirement as the page shows it; ``value`` is NaN and ``problem`` says why where it has none."""
-
-    name: str
-    quantity: str
-    value: float
-    limit: float
-    sense: str
-    unit: str
-    met: bool
-    problem: str
-
-
-def checked_requirements(model: Model, system: LinearSystem) -> list[CheckedRequirement]:
-    """Check every requirement; one without a value says why instead of being left out."""
-    found = []
-    for requirement in model.requirements.values():
-        quantity = requirement.quantity
-        try:
-            result = requirement.check(system)
-            value, met, problem = result.value, result.met, ""
-        except IbsdynError as error:
-            value, met, problem = math.nan, False, str(error)
-        found.append(
-            CheckedRequirement(
-                requirement.name,
-                quantity.name,
-                value,
-                requirement.limit,
-                requirement.sense,
-                quantity.unit,
-                met,
-                problem,
-            )
-        )
-    return found
-
-
-def requirement_section(names: Sequence[str], checked: Sequence[Sequence[CheckedRequirement]]) -> str:
+def requirement_section(names: Sequence[str], checked: Sequence[Sequence[RecordedResult]]) -> str:
     """Return the verdict, each requirement with its margin, and what other fidelities say (the model\'s own first)."""
     own = checked[0]
     if not own:
@@ -95,12 +53,12 @@ def requirement_section(names: Sequence[str], checked: Sequence[Sequence[Checked
     return "\n".join(html)
 
 
-def _margin(result: CheckedRequirement) -> float:
+def _margin(result: RecordedResult) -> float:
     share = (result.limit - result.value) / result.limit
     return share if result.sense == "<=" else -share
 
 
-def _all_fidelities(names: Sequence[str], checked: Sequence[Sequence[CheckedRequirement]]) -> str:
+def _all_fidelities(names: Sequence[str], checked: Sequence[Sequence[RecordedResult]]) -> str:
     by_name = [{result.name: result for result in each} for each in checked]
     rows: list[list[Cell]] = []
     for name in by_name[0]:
