@@ -1,18 +1,12 @@
 """The page on requirements and budgets runs as it is printed."""
 
-import re
-from pathlib import Path
-
 import matplotlib.image
 import pytest
+from pages import run_page
 
 
 def test_it_runs_and_shows_what_it_says(tmp_path, monkeypatch, capsys):
-    text = (Path(__file__).parents[1] / "docs" / "budget.md").read_text(encoding="utf-8")
-    monkeypatch.chdir(tmp_path)
-    names = {}
-    for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
-        exec(compile(block, "budget.md", "exec"), names)
+    names = run_page("budget.md", tmp_path, monkeypatch)
     printed = capsys.readouterr().out
     for words in ("N·m/rad", "cross flexure", "-2 ry [rad/rad]", "RMS = one sigma", "mount.kyy", "spot jitter:"):
         assert words in printed, words

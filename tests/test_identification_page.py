@@ -1,18 +1,12 @@
 """The page on identification runs as it is printed."""
 
-import re
-from pathlib import Path
-
 import matplotlib.image
 import pytest
+from pages import run_page
 
 
 def test_it_runs_and_shows_what_it_says(tmp_path, monkeypatch, capsys):
-    text = (Path(__file__).parents[1] / "docs" / "identification.md").read_text(encoding="utf-8")
-    monkeypatch.chdir(tmp_path)
-    names = {}
-    for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
-        exec(compile(block, "identification.md", "exec"), names)
+    names = run_page("identification.md", tmp_path, monkeypatch)
     assert "inside the 99 % region of the test" in capsys.readouterr().out
     assert 0.98 < names["comparison"].total_share_inside <= 1
     (resonance,) = names["comparison"].resonances

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import matplotlib.image
 import pytest
+from pages import run_page
 
 import ibsdyn as ibs
 from ibsdyn.cli import main
@@ -57,13 +58,9 @@ def test_the_commands_run_as_printed(tmp_path, monkeypatch, capsys):
 
 
 def test_the_page_on_reduction_runs_as_printed(tmp_path, monkeypatch, capsys):
-    text = (ROOT / "docs" / "reduction.md").read_text(encoding="utf-8")
     for export in (ROOT / "examples" / "mirror_flexure").iterdir():
         shutil.copy(export, tmp_path)
-    monkeypatch.chdir(tmp_path)
-    names = {}
-    for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
-        exec(compile(block, "reduction.md", "exec"), names)
+    run_page("reduction.md", tmp_path, monkeypatch)
     printed = capsys.readouterr().out
     for words in ("stiffness at tip", "no mode is missing", "above cut-off", "sensor point     probe"):
         assert words in printed, words
@@ -71,11 +68,7 @@ def test_the_page_on_reduction_runs_as_printed(tmp_path, monkeypatch, capsys):
 
 
 def test_the_page_on_the_experiment_runs_as_printed(tmp_path, monkeypatch, capsys):
-    text = (ROOT / "docs" / "experiment.md").read_text(encoding="utf-8")
-    monkeypatch.chdir(tmp_path)
-    names = {}
-    for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
-        exec(compile(block, "experiment.md", "exec"), names)
+    names = run_page("experiment.md", tmp_path, monkeypatch)
     printed = capsys.readouterr().out
     for words in ("condition number 1)", "inside the 99 % region", "platform.rz acceleration", "'A z': 7 channels"):
         assert words in printed, words
@@ -84,11 +77,7 @@ def test_the_page_on_the_experiment_runs_as_printed(tmp_path, monkeypatch, capsy
 
 
 def test_the_page_on_reviews_runs_as_printed(tmp_path, monkeypatch, capsys):
-    text = (ROOT / "docs" / "review.md").read_text(encoding="utf-8")
-    monkeypatch.chdir(tmp_path)
-    names = {}
-    for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
-        exec(compile(block, "review.md", "exec"), names)
+    names = run_page("review.md", tmp_path, monkeypatch)
     printed = capsys.readouterr().out
     for words in ("heavier base plate", "box.cog.z: 0.15 -> 0.1", "box.mass: 12 -> 13", "NOT MET"):
         assert words in printed, words
@@ -97,15 +86,12 @@ def test_the_page_on_reviews_runs_as_printed(tmp_path, monkeypatch, capsys):
 
 
 def test_the_page_on_model_files_runs_as_printed(tmp_path, monkeypatch, capsys):
-    text = (ROOT / "docs" / "model_file.md").read_text(encoding="utf-8")
-    monkeypatch.chdir(tmp_path)
-    names = {}
-    for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
-        exec(compile(block, "model_file.md", "exec"), names)
+    run_page("model_file.md", tmp_path, monkeypatch)
     printed = capsys.readouterr().out
     for words in ("first mode: ", "jitter: ", "counterweight: mass 0.1205 kg"):
         assert words in printed, words
     assert printed.count("met, margin") == 2
+    text = (ROOT / "docs" / "model_file.md").read_text(encoding="utf-8")
     (parts,) = re.findall(r"```toml\n(.*?)```", text, re.DOTALL)
     (tmp_path / "parts.toml").write_text(parts, encoding="utf-8")
     with pytest.raises(ibs.ModelFileError, match=r"flexure\.inp"):  # understood up to the export that is not there

@@ -1,19 +1,15 @@
 """The page on variants runs as it is printed."""
 
-import re
 from pathlib import Path
 
 import numpy as np
+from pages import run_page
 
 ROOT = Path(__file__).parents[1]
 
 
 def test_the_page_runs_as_printed(tmp_path, monkeypatch, capsys):
-    text = (ROOT / "docs" / "variants.md").read_text(encoding="utf-8")
-    monkeypatch.chdir(tmp_path)
-    names = {}
-    for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
-        exec(compile(block, "variants.md", "exec"), names)
+    names = run_page("variants.md", tmp_path, monkeypatch)
     printed = capsys.readouterr().out
     assert "frequency of mode 1" in printed
     assert "above the crane: met by" in printed
