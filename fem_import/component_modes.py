@@ -27,7 +27,6 @@ from fem_import.rigid_motion import rigid_motion_at
 from fem_import.sensor_points import ObservedPoint
 from fem_import.sparse_blocks import RowParallel
 from fem_import.tall_blocks import combine, inner
-from fem_import.threads import one_blas_thread
 
 FloatArray: TypeAlias = NDArray[np.float64]
 
@@ -82,7 +81,7 @@ def component_modes(
     is_free: bool,
     progress: Progress,
 ) -> ComponentModes:
-    """Reduce a part by component mode synthesis.
+    """Reduce a part by component mode synthesis; BLAS is best on one thread (`one_blas_thread`).
 
     Constraint modes minimise the strain energy for unit frames; all other vectors have all frames at zero, with
     averaged frames both in the constrained sense of `Interior`. K is then block diagonal in either tie and by any
@@ -94,18 +93,6 @@ def component_modes(
     digits leave K R of some 1e-13 of K, which puts rigid-body modes at a fraction of a hertz, and this takes
     it out: K R = 0 and R^T M R keeps mass and inertia to rounding.
     """
-    with one_blas_thread():
-        return _component_modes(part, interfaces, sensors, recipe, is_free, progress)
-
-
-def _component_modes(
-    part: FEModel,
-    interfaces: tuple[TiedInterface, ...],
-    sensors: tuple[ObservedPoint, ...],
-    recipe: Recipe,
-    is_free: bool,
-    progress: Progress,
-) -> ComponentModes:
     progress.stage("factoring the stiffness")
     interior = Interior(part, interfaces, is_free)
     progress.stage("constraint modes")

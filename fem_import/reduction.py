@@ -119,9 +119,9 @@ def _reduced(
     with Progress(f"reducing {part.source}", _STAGES) as progress:
         progress.stage("checking the export")
         report = part.report()
-        modes = component_modes(part, tied, points, recipe, report.is_free, progress)
-        progress.stage("inertia integrals")
         with one_blas_thread():
+            modes = component_modes(part, tied, points, recipe, report.is_free, progress)
+            progress.stage("inertia integrals")
             integrals = inertia_integrals(part, modes.basis, modes.mass_times_basis)
     frames = {
         item.name: InterfaceFrame(item.name, item.position, item.radius, item.tie, item.node_ids) for item in tied
