@@ -61,7 +61,7 @@ class FrequencyResponse:
         self,
         outputs: str | int | Sequence[str | int] | None = None,
         inputs: str | int | Sequence[str | int] | None = None,
-    ) -> FrequencyResponse:
+    ) -> Self:
         """Return the responses of some outputs and inputs by name or number (from 0), in the order asked.
 
         Raises

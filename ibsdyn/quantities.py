@@ -18,7 +18,7 @@ from ibsdyn.errors import AnalysisError, ModelError, known_keywords
 from ibsdyn.frequency_response import unit_ratio
 from ibsdyn.resonance_grid import checked_band, poles, resonance_grid
 from ibsdyn.signals import Input, Output, checked_inputs, checked_outputs
-from ibsdyn.validation import in_words, number
+from ibsdyn.validation import in_words, number, shown_name
 
 if TYPE_CHECKING:
     from ibsdyn.linear_system import LinearSystem
@@ -64,7 +64,7 @@ class ModeFrequency:
 
     @known_keywords
     def __init__(self, mode: int = 1, name: str | None = None) -> None:
-        _set(self, mode=_mode(mode, "ModeFrequency"), name=_name(name, f"frequency of mode {mode}"))
+        _set(self, mode=_mode(mode, "ModeFrequency"), name=shown_name(name, f"frequency of mode {mode}"))
 
     @property
     def unit(self) -> str:
@@ -95,7 +95,7 @@ class ModeDamping:
 
     @known_keywords
     def __init__(self, mode: int = 1, name: str | None = None) -> None:
-        _set(self, mode=_mode(mode, "ModeDamping"), name=_name(name, f"damping ratio of mode {mode}"))
+        _set(self, mode=_mode(mode, "ModeDamping"), name=shown_name(name, f"damping ratio of mode {mode}"))
 
     @property
     def unit(self) -> str:
@@ -133,7 +133,7 @@ class ResponseAt:
         (source,), (sensor,) = checked_inputs(input), checked_outputs(output)
         hertz = number(frequency, "ResponseAt: frequency", "Hz", minimum=0.0)
         default = f"{sensor.name} / {source.name} at {hertz:g} Hz"
-        _set(self, input=source, output=sensor, frequency=hertz, name=_name(name, default))
+        _set(self, input=source, output=sensor, frequency=hertz, name=shown_name(name, default))
 
     @property
     def unit(self) -> str:
@@ -187,7 +187,7 @@ class PeakResponse:
         (source,), (sensor,) = checked_inputs(input), checked_outputs(output)
         lower, upper = checked_band(band)
         default = f"peak of {sensor.name} / {source.name}, {lower:g} to {upper:g} Hz"
-        _set(self, input=source, output=sensor, band=(lower, upper), name=_name(name, default))
+        _set(self, input=source, output=sensor, band=(lower, upper), name=shown_name(name, default))
 
     @property
     def unit(self) -> str:
@@ -256,7 +256,7 @@ class RmsResponse:
         limits = None if band is None else checked_band(band)
         reach = "" if limits is None else f", {limits[0]:g} to {limits[1]:g} Hz"
         default = f"RMS of {sensor.name} under {in_words([cause.name for cause in causes])}{reach}"
-        _set(self, output=sensor, disturbances=causes, band=limits, name=_name(name, default))
+        _set(self, output=sensor, disturbances=causes, band=limits, name=shown_name(name, default))
 
     @property
     def unit(self) -> str:
@@ -284,14 +284,6 @@ def _mode(value: object, what: str) -> int:
     if isinstance(value, bool) or not isinstance(value, Integral) or value < 1:
         raise ModelError(f"{what}: mode must be a whole number from 1, got {value!r}.")
     return int(value)
-
-
-def _name(value: object, default: str) -> str:
-    if value is None:
-        return default
-    if not isinstance(value, str) or not value.strip():
-        raise ModelError(f"{default}: name must be a non-empty text, got {value!r}.")
-    return value
 
 
 def _set(target: object, **fields: object) -> None:

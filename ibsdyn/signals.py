@@ -12,7 +12,7 @@ from ibsdyn.assembly import Assembly, Joint
 from ibsdyn.axes import DIRECTIONS, Array, is_rotation, rotate_six
 from ibsdyn.components import Fixation, Point
 from ibsdyn.errors import ModelError, UnknownNameError, known_keywords, nearest
-from ibsdyn.validation import number, numbers_of, point
+from ibsdyn.validation import number, numbers_of, point, shown_name
 
 QUANTITIES = ("displacement", "velocity", "acceleration")
 # A vector that has been divided by its length has length 1 within this.
@@ -98,7 +98,7 @@ class Force(_Signal):
         _set(self, "item", _item(item, what))
         _set(self, "direction", _direction(direction, what, ("x", "y", "z"), "Torque(...) for rx, ry, rz"))
         _set(self, "position", None if position is None else point(position, f"{what}: position"))
-        _set(self, "name", _name(name, f"force {self._where()}{_place(self.position)}"))
+        _set(self, "name", shown_name(name, f"force {self._where()}{_place(self.position)}"))
 
     @property
     def unit(self) -> str:
@@ -126,7 +126,7 @@ class Torque(_Signal):
         what = f"Torque on {item!r}"
         _set(self, "item", _item(item, what))
         _set(self, "direction", _direction(direction, what, ("rx", "ry", "rz"), "Force(...) for x, y, z"))
-        _set(self, "name", _name(name, f"torque {self._where()}"))
+        _set(self, "name", shown_name(name, f"torque {self._where()}"))
 
     @property
     def unit(self) -> str:
@@ -161,7 +161,7 @@ class Stroke(_Signal):
                 f"{what}: direction must be one of the connection's axes, {DIRECTIONS}, got {direction!r}."
             )
         _set(self, "direction", _direction(direction, what, DIRECTIONS, ""))
-        _set(self, "name", _name(name, f"stroke {self._where()}"))
+        _set(self, "name", shown_name(name, f"stroke {self._where()}"))
 
     @property
     def unit(self) -> str:
@@ -198,7 +198,7 @@ class BaseMotion(_Motion):
         _set(self, "item", _item(item, what))
         _set(self, "direction", _direction(direction, what, DIRECTIONS, ""))
         _set(self, "quantity", _quantity(quantity, what))
-        _set(self, "name", _name(name, f"{self._where()} {self.quantity}"))
+        _set(self, "name", shown_name(name, f"{self._where()} {self.quantity}"))
 
 
 @dataclass(frozen=True, init=False)
@@ -240,7 +240,7 @@ class Sensor(_Motion):
         _set(self, "quantity", _quantity(quantity, what))
         _set(self, "relative_to", None if relative_to is None else _item(relative_to, f"{what}: relative_to"))
         relative = f" relative to {relative_to}" if relative_to is not None else ""
-        _set(self, "name", _name(name, f"{self._where()}{_place(self.position)} {self.quantity}{relative}"))
+        _set(self, "name", shown_name(name, f"{self._where()}{_place(self.position)} {self.quantity}{relative}"))
 
 
 @dataclass(frozen=True, init=False)
@@ -264,7 +264,7 @@ class CombinedSensor:
 
     @known_keywords
     def __init__(self, name: str, parts: Sequence[tuple[float, Sensor]], unit: str) -> None:
-        checked = _name(name, "combined sensor") if name else _name("", "combined sensor")
+        checked = shown_name(name, "combined sensor") if name else shown_name("", "combined sensor")
         what = f"combined sensor {checked!r}"
         pairs = []
         for part in parts:
@@ -477,14 +477,6 @@ def _direction(value: Direction, what: str, known: tuple[str, ...], hint: str) -
 def _quantity(value: object, what: str) -> str:
     if value not in QUANTITIES or not isinstance(value, str):
         raise ModelError(f"{what}: quantity {value!r} is not known. {nearest(str(value), QUANTITIES)}")
-    return value
-
-
-def _name(value: object, default: str) -> str:
-    if value is None:
-        return default
-    if not isinstance(value, str) or not value.strip():
-        raise ModelError(f"{default}: name must be a non-empty text, got {value!r}.")
     return value
 
 

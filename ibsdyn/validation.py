@@ -35,6 +35,20 @@ def valid_name(name: object, what: str) -> str:
     return name
 
 
+def shown_name(value: object, default: str) -> str:
+    """Return how results call something: as given, or the default.
+
+    Raises
+    ------
+    ModelError : not a text, or an empty one.
+    """
+    if value is None:
+        return default
+    if not isinstance(value, str) or not value.strip():
+        raise ModelError(f"{default}: name must be a non-empty text, got {value!r}.")
+    return value
+
+
 def number(value: object, what: str, unit: str, *, minimum: float = -math.inf, above: float = -math.inf) -> float:
     """Return one finite real number within its bounds.
 

@@ -210,12 +210,7 @@ class FrfEstimate(FrequencyResponse):
                 output_units=tuple(self.output_units[i] for i in rows),
             )
         return replace(
-            self,
-            response=self.response[np.ix_(rows, columns)],
-            outputs=tuple(self.outputs[i] for i in rows),
-            inputs=tuple(self.inputs[i] for i in columns),
-            output_units=tuple(self.output_units[i] for i in rows),
-            input_units=tuple(self.input_units[i] for i in columns),
+            super().select(outputs, inputs),
             coherence=self.coherence[rows],
             partial_coherence=self.partial_coherence[np.ix_(rows, columns)],
             residual_covariance=self.residual_covariance[np.ix_(rows, rows)],
