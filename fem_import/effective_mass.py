@@ -99,8 +99,10 @@ def effective_masses(body: ReducedBody) -> EffectiveMasses:
 
     Raises
     ------
-    ReductionError : the body has no interior modes.
+    ReductionError : no body, or one without interior modes.
     """
+    if not isinstance(body, ReducedBody):
+        raise ReductionError(f"effective_masses takes a fi.ReducedBody (of fi.reduce); got {type(body).__name__}.")
     if not len(body.frequencies):
         raise ReductionError(f"{body!r} has no interior modes, so its whole mass follows the interfaces statically.")
     about_centre = rigid_motion_at(np.zeros(3), body.centre_of_mass)

@@ -113,12 +113,17 @@ def mode_check(
 
     Raises
     ------
-    ReductionError : the body is not of this part, or no mode lies in the range.
+    ReductionError : something else than a part and a body; the body is not of this part, or no mode lies in the range.
 
     Notes
     -----
     The full modes come from K + shift M, which can be factored although K of a free part cannot.
     """
+    if not isinstance(part, FEModel) or not isinstance(body, ReducedBody):
+        raise ReductionError(
+            "mode_check takes a fi.FEModel and a fi.ReducedBody of it, in this order; got "
+            f"{type(part).__name__} and {type(body).__name__}."
+        )
     if body.basis is not None and len(body.basis) != len(part.dofs):
         raise ReductionError(
             f"{body!r} has {len(body.basis)} DoF behind it and the part {len(part.dofs)}: another part."

@@ -366,3 +366,8 @@ def test_what_is_no_model_or_no_text_is_refused(tmp_path):
         history.record(empty)
     with pytest.raises(ibs.HistoryError, match="no revision has a requirement"):
         history.plot()
+
+
+def test_a_path_that_is_none_is_refused():
+    with pytest.raises(ibs.HistoryError, match=r"path must be that of a file, as 'module\.history', got 3"):
+        ibs.History(3)

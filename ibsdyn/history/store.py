@@ -72,6 +72,8 @@ class Store:
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
+        if not isinstance(path, (str, os.PathLike)):
+            raise HistoryError(f"History: path must be that of a file, as 'module.history', got {path!r}.")
         self.path = Path(path)
         if self.path.is_dir():
             raise HistoryError(f"{self.path} is a folder; a history is one file, as {self.path / 'history.db'}.")

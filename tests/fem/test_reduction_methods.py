@@ -325,3 +325,11 @@ def test_a_terminal_sees_the_stages_and_a_file_nothing(flexure, monkeypatch):
         if seen:
             for stage in ("reducing arrays", "checking the export", "factoring", "modes below 60000 Hz", "projection"):
                 assert stage in text
+
+
+def test_what_is_no_part_and_no_body_is_refused(flexure):
+    body = fi.reduce(flexure, ENDS, 60e3)
+    with pytest.raises(fi.ReductionError, match="in this order; got ReducedBody and FEModel"):
+        fi.mode_check(body, flexure)
+    with pytest.raises(fi.ReductionError, match="got FEModel"):
+        fi.effective_masses(flexure)
