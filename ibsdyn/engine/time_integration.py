@@ -146,13 +146,13 @@ class _Run:
             if isinstance(drive, LoadDrive) and drive.signal.item not in self.assembly.sensor_points
         ]
         self.system = Translation(self.assembly, self.mbs, task.flexible, points)
-        self.base = self._hold_fixations()
+        self.setters = self._hold_fixations()
         for joint in self.assembly.joints:
             if joint.locks.size:
                 self._add_lock(joint)
         self._add_damping()
         self._add_gravity()
-        self.setters = [self._setter(drive) for drive in task.drives]
+        self.setters += [self._setter(drive) for drive in task.drives if isinstance(drive, LoadDrive)]
         self.sensors: dict[int, list[int]] = {}
         for name, order in task.recorded.items():
             for node in self._nodes_of(name):
@@ -166,35 +166,51 @@ class _Run:
 
     # -- what acts besides springs
 
-    def _hold_fixations(self) -> dict[tuple[str, int], int]:
-        """Hold the fixations; return the constraint of each coordinate that is driven."""
-        driven = [(drive.fixation, drive.coordinate) for drive in self.task.drives if isinstance(drive, BaseDrive)]
-        constraints = {}
-        if self.assembly.fixations:
-            ground = self.mbs.AddNode(eii.NodePointGround())
-            still = self.mbs.AddMarker(eii.MarkerNodeCoordinates(nodeNumber=ground))
-            still_coordinate = self.system.coordinate_marker(ground, 0)
+    def _hold_fixations(self) -> list[Setter]:
+        """Hold the fixations; return what moves the coordinates that are driven."""
+        setters: list[Setter] = []
+        if not self.assembly.fixations:
+            return setters
+        ground = self.mbs.AddNode(eii.NodePointGround())
         size = len(self.assembly.directions)
         for fixation in self.assembly.fixations:
             node = self.system.nodes[fixation.name]
-            # What stands still is held by one constraint of many coordinates, several times cheaper than one each. It
-            # holds positions, which round at the size of the model: what moves has constraints of displacements.
-            held = np.eye(size)[[k for k in range(size) if (fixation.name, k) not in driven]]
-            if len(held):
-                moved = self.mbs.AddMarker(eii.MarkerNodeCoordinates(nodeNumber=node))
-                position = np.r_[np.array(fixation.position), np.zeros(3)] if size == 6 else np.zeros(1)
-                self.mbs.AddObject(
-                    eii.ObjectConnectorCoordinateVector(
-                        markerNumbers=[still, moved], scalingMarker1=held, offset=held @ position
-                    )
+            markers = [self.mbs.AddMarker(eii.MarkerNodeCoordinates(nodeNumber=n)) for n in (ground, node)]
+            position = np.r_[np.array(fixation.position), np.zeros(3)] if size == 6 else np.zeros(1)
+            moving = {
+                drive.coordinate: drive.values
+                for drive in self.task.drives
+                if isinstance(drive, BaseDrive) and drive.fixation == fixation.name
+            }
+            # One constraint of many coordinates is several times cheaper than one each. It holds positions, which round
+            # at the size of the model: what stands still may, and what moves about zero; the others have constraints
+            # of displacements.
+            held = [k for k in range(size) if k not in moving]
+            if held:
+                self._constrain(markers, held, position)
+            for length in dict.fromkeys(len(values) for values in moving.values()):
+                together = [k for k in moving if position[k] == 0.0 and len(moving[k]) == length]
+                if together:
+                    rows = np.column_stack([moving.pop(k) for k in together])
+                    constraint = self._constrain(markers, together, position)
+                    setters.append((self.mbs.SetObjectParameter, constraint, "offset", rows))
+            for k, values in moving.items():
+                alone = eii.ObjectConnectorCoordinate(
+                    markerNumbers=[self.system.coordinate_marker(n, c) for n, c in ((ground, 0), (node, k))]
                 )
-            for coordinate in range(size):
-                if (fixation.name, coordinate) in driven:
-                    markers = [still_coordinate, self.system.coordinate_marker(node, coordinate)]
-                    constraints[fixation.name, coordinate] = self.mbs.AddObject(
-                        eii.ObjectConnectorCoordinate(markerNumbers=markers)
-                    )
-        return constraints
+                setters.append((self.mbs.SetObjectParameter, self.mbs.AddObject(alone), "offset", _numbers(values)))
+        return setters
+
+    def _constrain(self, markers: list[int], coordinates: list[int], position: Array) -> int:
+        """Hold some coordinates of the second marker at their position."""
+        scaling = np.eye(len(position))[coordinates]
+        return int(
+            self.mbs.AddObject(
+                eii.ObjectConnectorCoordinateVector(
+                    markerNumbers=markers, scalingMarker1=scaling, offset=position[coordinates]
+                )
+            )
+        )
 
     def _add_lock(self, joint: Joint) -> None:
         markers = self.system.joint_markers(joint)
@@ -241,11 +257,9 @@ class _Run:
 
     # -- drives
 
-    def _setter(self, drive: BaseDrive | LoadDrive) -> Setter:
-        """Return what sets a drive to its values."""
+    def _setter(self, drive: LoadDrive) -> Setter:
+        """Return what sets a load to its values."""
         set_object, set_load = self.mbs.SetObjectParameter, self.mbs.SetLoadParameter
-        if isinstance(drive, BaseDrive):
-            return set_object, self.base[drive.fixation, drive.coordinate], "offset", _numbers(drive.values)
         signal = drive.signal
         if isinstance(signal, Stroke):
             spring = self.system.springs[signal.item]
