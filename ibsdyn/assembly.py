@@ -10,7 +10,7 @@ import numpy as np
 
 from fem_import import SensorPoint
 from ibsdyn.axes import DIRECTIONS, Array, axis_index, rigid_transfer, rotate_six
-from ibsdyn.components import Connection, Fixation, FlexibleBody, Inertia1D, Item, RigidBody
+from ibsdyn.components import GLOBAL_AXES, Connection, Fixation, FlexibleBody, Inertia1D, Item, RigidBody
 from ibsdyn.errors import ModelError, UnknownNameError, nearest
 
 # Positions typed by hand name a node to a micrometre.
@@ -49,7 +49,7 @@ class Joint:
     @cached_property
     def deformation(self) -> Array:
         """The same along the connection's own axes."""
-        if len(self.relative) == 1:
+        if len(self.relative) == 1 or self.connection.axes == GLOBAL_AXES:
             return self.relative
         own_axes: Array = rotate_six(self.connection.axes_matrix).T @ self.relative
         return own_axes

@@ -50,8 +50,11 @@ def rigid_transfer(lever: Sequence[float] | Array) -> Array:
     -----
     Small rotations: u_point = u + theta x lever, theta_point = theta.
     """
+    x, y, z = (float(v) for v in lever)
     transfer = np.eye(6)
-    transfer[:3, 3:] = -skew(lever)
+    transfer[0, 4], transfer[0, 5] = z, -y
+    transfer[1, 3], transfer[1, 5] = -z, x
+    transfer[2, 3], transfer[2, 4] = y, -x
     return transfer
 
 

@@ -242,6 +242,8 @@ class Connection:
         return self._in_global_axes([0.0 if lock else c for c, lock in zip(self.damping, self.locked, strict=True)])
 
     def _in_global_axes(self, diagonal: Sequence[float]) -> Array:
+        if self.axes == GLOBAL_AXES:
+            return np.diag(diagonal)
         turn = rotate_six(self.axes_matrix)
         turned = turn * np.array(diagonal) @ turn.T
         symmetric: Array = 0.5 * (turned + turned.T)
@@ -330,8 +332,8 @@ def _inertia(value: object, products: object, what: str) -> tuple[float, ...]:
     six = raw[:3] + tuple(signs[products] * v for v in raw[3:])
     if not all(math.isfinite(v) for v in six):
         raise ModelError(f"{what}: inertia must be finite [kg m²], got {raw}.")
-    moments = np.linalg.eigvalsh(tensor(six))
-    smallest, middle, largest = moments.tolist()
+    moments = np.linalg.eigvalsh(tensor(six)).tolist() if any(six[3:]) else sorted(six[:3])
+    smallest, middle, largest = moments
     if smallest > 0 and largest <= (smallest + middle) * (1 + TRIANGLE_TOLERANCE):
         return six
     shown = ", ".join(f"{v:.6g}" for v in moments)

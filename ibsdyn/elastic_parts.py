@@ -96,9 +96,9 @@ def free_motions(rows: Array) -> Array:
     ----------
     rows : (m, n) of all that stores strain energy, over the free coordinates.
     """
-    size = np.linalg.norm(rows, axis=1, keepdims=True)
+    size = np.sqrt(np.einsum("ij,ij->i", rows, rows))[:, None]
     # Every row counts alike: soft beside stiff is still held.
-    unit = rows / np.where(size > 0, size, 1.0)
+    unit = rows / (size if size.all() else np.where(size > 0, size, 1.0))
     # Most models are held: the condition of the square shows it in a fraction of the time.
     square = unit.T @ unit
     factor, indefinite = scipy.linalg.lapack.dpotrf(square)
@@ -121,16 +121,15 @@ def damping_size(assembly: Assembly) -> Array:
 def _size(assembly: Assembly, at_centre: Sequence[Array], letter: str) -> Array:
     size = np.zeros(len(assembly.names))
     for joint, matrix in zip(assembly.joints, at_centre, strict=True):
-        if not matrix.any():
+        diagonal = matrix.diagonal().tolist()  # where the largest entries are: the matrix is positive
+        if not any(diagonal):
             continue
         # The ends separately, as their levers may cancel in the relative motion, and every direction with the
         # stiffest one's rounding: rotations and levers mix them before they cancel.
-        squares = np.square(joint.ends)
-        diagonal = np.diag(matrix)  # where the largest entries are: the matrix is positive
-        weights = np.full(len(matrix), diagonal[:3].max())
+        squares = joint.ends[0] ** 2 + joint.ends[1] ** 2
+        size += max(diagonal[:3]) * squares[:3].sum(axis=0)
         if len(matrix) == 6:
-            weights[3:] = diagonal[3:].max() + weights[0] * squares[:, :3].max()
-        size += (weights @ squares).sum(axis=0)
+            size += (max(diagonal[3:]) + max(diagonal[:3]) * squares[:3].max()) * squares[3:].sum(axis=0)
     for body in assembly.bodies:
         own = getattr(body.reduced, letter) if isinstance(body, FlexibleBody) else None
         if own is not None:

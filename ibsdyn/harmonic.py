@@ -24,8 +24,9 @@ if TYPE_CHECKING:
     from ibsdyn.linear_system import LinearSystem
 
 Complex = NDArray[np.complexfloating]
-# Solver(loads, rows): loads (n, m), rows (p, n) in modal coordinates -> (p, m, n_freq) of rows D(omega)^-1 loads
-Solver = Callable[[Complex, Array], Complex]
+# Solver(loads, rows, weights): loads (n, m), rows (p, n) in modal coordinates, weights (n_freq,) or 1
+# -> (p, m, n_freq) of weights times rows D(omega)^-1 loads
+Solver = Callable[[Complex, Array, NDArray[np.floating] | float], Complex]
 
 # Beyond this the eigenvectors of the first-order form have lost half of the digits.
 CONDITION_LIMIT = 1e8
@@ -57,22 +58,26 @@ def harmonic_response(
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # infinities are refused below, in words
         solver, K_static = _solver(system, omega, hysteretic, static)
         s = 1j * omega
-        response = np.zeros((len(sensors), len(sources), len(omega)), dtype=complex)
+        shape = (len(sensors), len(sources), len(omega))
+        response: Complex | None = None
         order = orders(sources, sensors)
         powers, base = _driving(system, sources, K_static, hysteretic)
-        untouched = True
         for power in range(3):
             driven = np.flatnonzero(powers[power].any(axis=0))
             if len(driven):
-                seen = solver(powers[power][:, driven], rows @ shapes)
-                differentiate(seen, s, order[:, driven] + power)
-                if len(driven) == len(sources):
-                    response = seen if untouched else response + seen
-                else:
-                    response[:, driven] += seen
-                untouched = False
+                own = order[:, driven] + power
+                alike = int(own[0, 0]) if own[0, 0] % 2 == 0 and (own == own[0, 0]).all() else 0
+                # As a rule one even, real power of i omega goes with all; the solver has it for nothing.
+                seen = solver(powers[power][:, driven], rows @ shapes, (s**alike).real if alike else 1.0)
+                differentiate(seen, s, own - alike)
+                if len(driven) < len(sources):
+                    some, seen = seen, np.zeros(shape, dtype=complex)
+                    seen[:, driven] = some
+                response = seen if response is None else response + seen
+        if response is None:
+            response = np.zeros(shape, dtype=complex)
         carried = static.seen_by(rows, base_rows) @ base
-        for exponent in np.unique(order[carried != 0.0]):
+        for exponent in set(order[carried != 0.0].tolist()):
             alike = (carried != 0.0) & (order == exponent)
             if exponent == 0:
                 response.real += np.where(alike, carried, 0.0)[:, :, None]
@@ -81,7 +86,7 @@ def harmonic_response(
     _refuse_infinite(response, hertz, rigid)
     return FrequencyResponse(
         frequencies=hertz,
-        response=response,
+        response=np.asarray(response, dtype=np.complex128),
         outputs=tuple(sensor.name for sensor in sensors),
         inputs=tuple(source.name for source in sources),
         output_units=tuple(sensor.unit for sensor in sensors),
@@ -116,7 +121,7 @@ def modal_response(
         driven = np.flatnonzero(powers[power].any(axis=0))
         if len(driven):
             exponent = (power - order[driven])[None, :, None]
-            response[:, driven] += solver(powers[power][:, driven], eye) * s**exponent
+            response[:, driven] += solver(powers[power][:, driven], eye, 1.0) * s**exponent
     return response
 
 
@@ -133,8 +138,8 @@ def carried_response(
 
 def differentiate(values: Complex, s: Complex, orders: NDArray[np.integer]) -> None:
     """Multiply contiguous (..., n_out, n_in, n_freq) values by (i omega) to the power of their orders, in place."""
-    own = np.unique(orders)
-    for order in own[own != 0]:
+    own = set(orders.ravel().tolist())
+    for order in own - {0}:
         factor = s**order
         if len(own) > 1:
             values[..., orders == order, :] *= factor
@@ -280,14 +285,15 @@ def _diagonal_solver(stiffness: Complex, damping: NDArray[np.floating], omega: A
     n = len(stiffness)
     step = max(LEAST_BLOCK, BLOCK_BYTES // (8 * n))
 
-    def solve(loads: Complex, rows: Array) -> Complex:
+    def solve(loads: Complex, rows: Array, weights: NDArray[np.floating] | float) -> Complex:
         shape = (len(rows), loads.shape[1], len(omega))
         residues = (rows[:, None, :] * (loads if loads.imag.any() else loads.real).T[None, :, :]).reshape(-1, n)
         result = np.empty((len(residues), len(omega)), dtype=complex)
         # In blocks that stay in the cache: fetching fresh memory would take longer than to calculate.
         for start in range(0, len(omega), step):
             part = slice(start, start + step)
-            dynamic = _dynamic_compliance(stiffness, damping, omega[part])
+            weighted = weights[part] if isinstance(weights, np.ndarray) else weights
+            dynamic = _dynamic_compliance(stiffness, damping, omega[part], weighted)
             if np.iscomplexobj(residues):
                 np.matmul(residues, dynamic, out=result[:, part])
             else:  # real times complex is one real product, half the work
@@ -297,15 +303,17 @@ def _diagonal_solver(stiffness: Complex, damping: NDArray[np.floating], omega: A
     return solve
 
 
-def _dynamic_compliance(stiffness: Complex, damping: NDArray[np.floating], omega: Array) -> Complex:
-    """Return the (n, n_freq) 1 / (k - omega² + i omega c); a complex division would take three times as long."""
+def _dynamic_compliance(
+    stiffness: Complex, damping: NDArray[np.floating], omega: Array, weights: NDArray[np.floating] | float
+) -> Complex:
+    """Return the (n, n_freq) weight / (k - omega² + i omega c); a complex division would take three times as long."""
     real = stiffness.real[:, None] - omega**2
     minus_imaginary = -damping[:, None] * omega
     if stiffness.imag.any():
         minus_imaginary -= stiffness.imag[:, None]
     square = real * real
     square += minus_imaginary * minus_imaginary
-    np.divide(1.0, square, out=square)
+    np.divide(weights, square, out=square)
     dynamic = np.empty(square.shape, dtype=complex)
     np.multiply(real, square, out=dynamic.real)
     np.multiply(minus_imaginary, square, out=dynamic.imag)
@@ -320,9 +328,9 @@ def _second_order_solver(stiffness: Complex, omega: Array) -> Solver | None:
     left = np.linalg.inv(vectors)
     dynamic = 1.0 / (eigenvalues[:, None] - omega**2)
 
-    def solve(loads: Complex, rows: Array) -> Complex:
+    def solve(loads: Complex, rows: Array, weights: NDArray[np.floating] | float) -> Complex:
         residues = (rows @ vectors)[:, None, :] * (left @ loads).T[None, :, :]
-        result: Complex = residues @ dynamic
+        result: Complex = residues @ (dynamic * weights)
         return result
 
     return solve
@@ -353,12 +361,12 @@ def _first_order_solver(natural: Array, damping: Array, omega: Array) -> Solver 
     dynamic = 1.0 / (1j * omega[None, :] - poles[:, None])
     rigid_dynamic = -1.0 / omega**2
 
-    def solve(loads: Complex, rows: Array) -> Complex:
+    def solve(loads: Complex, rows: Array, weights: NDArray[np.floating] | float) -> Complex:
         observed = (rows[:, bound] / scale) @ vectors[:m]
         driven = left[:, m:] @ loads[bound]
-        result: Complex = (observed[:, None, :] * driven.T[None, :, :]) @ dynamic
+        result: Complex = (observed[:, None, :] * driven.T[None, :, :]) @ (dynamic * weights)
         if free.any():
-            result = result + (rows[:, free] @ loads[free])[:, :, None] * rigid_dynamic
+            result = result + (rows[:, free] @ loads[free])[:, :, None] * (rigid_dynamic * weights)
         return result
 
     return solve
@@ -369,7 +377,7 @@ def _direct_solver(stiffness: Complex, damping: Complex, omega: Array) -> Solver
     step = max(1, int(CHUNK_BYTES / (16 * n * n)))
     eye = np.eye(n)
 
-    def solve(loads: Complex, rows: Array) -> Complex:
+    def solve(loads: Complex, rows: Array, weights: NDArray[np.floating] | float) -> Complex:
         result = np.empty((len(rows), loads.shape[1], len(omega)), dtype=complex)
         for start in range(0, len(omega), step):
             w = omega[start : start + step, None, None]
@@ -379,6 +387,7 @@ def _direct_solver(stiffness: Complex, damping: Complex, omega: Array) -> Solver
             except np.linalg.LinAlgError:
                 motion = np.stack([_solve_or_infinite(matrix, loads) for matrix in dynamic])
             result[:, :, start : start + step] = np.moveaxis(rows @ motion, 0, -1)
+        result *= weights
         return result
 
     return solve
@@ -398,7 +407,7 @@ def _agree(fast: Solver, stiffness: Complex, damping: Complex, omega: Array) -> 
     samples = np.unique(np.linspace(0, len(omega) - 1, 5).astype(int))
     rng = np.random.default_rng(0)
     loads, rows = rng.normal(size=(n, 2)).astype(complex), rng.normal(size=(2, n))
-    quick = fast(loads, rows)[:, :, samples]
-    exact = _direct_solver(stiffness, damping, omega[samples])(loads, rows)
+    quick = fast(loads, rows, 1.0)[:, :, samples]
+    exact = _direct_solver(stiffness, damping, omega[samples])(loads, rows, 1.0)
     error = np.abs(quick - exact).max(axis=(0, 1))
     return bool(np.all(error <= CHECK_TOLERANCE * np.abs(exact).max(axis=(0, 1))))

@@ -9,10 +9,10 @@ from types import MappingProxyType
 
 import numpy as np
 
-from ibsdyn.assembly import Assembly, body_mass_matrix
+from ibsdyn.assembly import Assembly
 from ibsdyn.axes import Array
 from ibsdyn.damping import damping_matrix, modal_diagonal, modal_ratios, strain_energy_shares
-from ibsdyn.elastic_parts import ElasticPart, elastic_parts, strain_rows
+from ibsdyn.elastic_parts import ElasticPart, elastic_parts, stiffness_size, strain_rows
 from ibsdyn.engine import FlexibleMapping, linearized_matrices
 from ibsdyn.errors import EngineError, known_keywords
 from ibsdyn.frequency_response import FrequencyResponse
@@ -20,7 +20,7 @@ from ibsdyn.harmonic import harmonic_response
 from ibsdyn.locks import eliminate_locks
 from ibsdyn.modes import Modes, undamped_modes
 from ibsdyn.quasi_static import QuasiStaticMotion, quasi_static_motion
-from ibsdyn.reduction_trust import reduction_errors, warn_of_frequencies_beyond, warn_of_modes_beyond
+from ibsdyn.reduction_trust import warn_of_frequencies_beyond, warn_of_modes_beyond
 from ibsdyn.signals import Input, Output, base_column, load_column, sensor_row
 from ibsdyn.state_space import StateSpace, state_space
 
@@ -34,19 +34,17 @@ class LinearSystem:
 
     Attributes
     ----------
-    M, C, K : (n, n) over the free coordinates; SI.
+    M, K : (n, n) over the free coordinates; SI.
     coordinates : n names, as ``mirror.rz``, ``flexure.tip.x``, ``flexure.mode1``.
-    M_base, C_base, K_base : (n, n_base) columns of the prescribed coordinates of the fixations.
+    M_base, K_base : (n, n_base) columns of the prescribed coordinates of the fixations.
     base_coordinates : n_base names, as ``platform.x``.
     redundant_locks : how many locked directions repeat others (the model is over-constrained by as many).
     """
 
     M: Array
-    C: Array
     K: Array
     coordinates: tuple[str, ...]
     M_base: Array
-    C_base: Array
     K_base: Array
     base_coordinates: tuple[str, ...]
     redundant_locks: int
@@ -66,20 +64,33 @@ class LinearSystem:
             f"items: {', '.join(self._assembly.items)})"
         )
 
+    @property
+    def C(self) -> Array:
+        """(n, n) viscous damping over the free coordinates: explicit dampers and damping ratios."""
+        return self._damping[: len(self.coordinates), : len(self.coordinates)]
+
+    @property
+    def C_base(self) -> Array:
+        """(n, n_base) columns of the same of the prescribed coordinates of the fixations."""
+        return self._damping[: len(self.coordinates), len(self.coordinates) :]
+
+    @cached_property
+    def _damping(self) -> Array:
+        damping = self._explicit_damping + damping_matrix(self.M, self.K_base, *self._modal, self._ratios)
+        damping.setflags(write=False)
+        return damping
+
     @cached_property
     def _modes(self) -> Modes:
         omega, shapes, rigid = self._modal
         full = self._to_full[:, : len(self.coordinates)] @ shapes
-        doubled = modal_diagonal(shapes, self.C)
-        ratios = np.where(rigid, 0.0, doubled / (2.0 * np.where(rigid, 1.0, omega)))
-        kinetic = {}
-        for body in self._assembly.bodies:
-            place = self._assembly.places[body.name]
-            kinetic[body.name] = modal_diagonal(full[place], body_mass_matrix(body))
+        ratios = self._ratios
+        if any(part.viscous for part in self._parts):
+            doubled = modal_diagonal(shapes, self.C)
+            ratios = np.where(rigid, 0.0, doubled / (2.0 * np.where(rigid, 1.0, omega)))
         shares = self._shares
         frequencies = omega / (2 * np.pi)
-        errors = reduction_errors(self._assembly, frequencies, full)
-        for array in (frequencies, ratios, full, errors, *shares.values(), *kinetic.values()):
+        for array in (frequencies, ratios, full, *shares.values()):
             array.setflags(write=False)  # the modes are kept: what one caller changed the next would see
         return Modes(
             frequencies=frequencies,
@@ -87,9 +98,7 @@ class LinearSystem:
             shapes=shapes,
             coordinates=self.coordinates,
             strain_energy=MappingProxyType(shares),
-            kinetic_energy=MappingProxyType(kinetic),
             rigid=rigid,
-            reduction_errors=errors,
             _assembly=self._assembly,
             _full_shapes=full,
         )
@@ -101,11 +110,8 @@ class LinearSystem:
         -----
         ModelWarning : a mode of the assembly deforms a reduced body near or above its cut-off.
         """
-        modes = self._modes
-        warn_of_modes_beyond(
-            self._assembly, modes.frequencies, modes._full_shapes, modes.strain_energy, modes.kinetic_energy
-        )
-        return modes
+        warn_of_modes_beyond(self._modes)
+        return self._modes
 
     @known_keywords
     def frf(
@@ -198,32 +204,27 @@ def linearize(assembly: Assembly, flexible: FlexibleMapping = "small-deflection"
     AnalysisError : a mass matrix that is not positive definite or a stiffness that is indefinite.
     """
     elimination = eliminate_locks(assembly)
-    full = linearized_matrices(assembly, flexible)
     n, transform = len(elimination.free), elimination.to_full
-    M, C, K = _projected(np.stack([full.M, full.C, full.K]), transform)
+    M, C, K = (_projected(matrix, transform) for matrix in linearized_matrices(assembly, flexible))
     parts = elastic_parts(assembly, transform)
     rows = strain_rows(parts, len(K))
-    _refuse_other_stiffness(K, rows, np.abs(transform.T) @ np.sqrt(full.K_size), STIFFNESS_LIMIT[flexible])
+    _refuse_other_stiffness(K, rows, assembly, transform, STIFFNESS_LIMIT[flexible])
     omega, shapes, rigid = undamped_modes(M[:n, :n], rows[:, :n])
     shares = strain_energy_shares(parts, shapes, rigid)
     ratios = modal_ratios(parts, shares, n)
-    explicit = C
-    C = explicit + damping_matrix(M[:n, :n], K[:n, n:], omega, shapes, rigid, ratios)
     for matrix in (M, C, K, shapes, omega, rigid):
         matrix.setflags(write=False)
     return LinearSystem(
         M=M[:n, :n],
-        C=C[:n, :n],
         K=K[:n, :n],
         coordinates=tuple(assembly.names[place] for place in elimination.free),
         M_base=M[:n, n:],
-        C_base=C[:n, n:],
         K_base=K[:n, n:],
         base_coordinates=tuple(assembly.names[place] for place in elimination.base),
         redundant_locks=elimination.redundant,
         _assembly=assembly,
         _to_full=transform,
-        _explicit_damping=explicit,
+        _explicit_damping=C,
         _parts=parts,
         _modal=(omega, shapes, rigid),
         _shares=shares,
@@ -232,14 +233,14 @@ def linearize(assembly: Assembly, flexible: FlexibleMapping = "small-deflection"
     )
 
 
-def _refuse_other_stiffness(K: Array, rows: Array, size: Array, limit: float) -> None:
-    """Hold Exudyn's stiffness against the strain energy of the parts: two ways to the same matrix.
-
-    Parameters
-    ----------
-    size : square root of the scale of each diagonal entry before anything cancels in it.
-    """
+def _refuse_other_stiffness(K: Array, rows: Array, assembly: Assembly, transform: Array, limit: float) -> None:
+    """Hold Exudyn's stiffness against the strain energy of the parts: two ways to the same matrix."""
     difference = np.abs(K - rows.T @ rows)
+    size = np.sqrt(np.abs(K.diagonal()))
+    if (difference <= limit * np.outer(size, size)).all():
+        return
+    # Where something cancelled in the diagonal, rounding is as large as what it is made of.
+    size = np.abs(transform.T) @ np.sqrt(stiffness_size(assembly))
     if (difference > limit * np.outer(size, size)).any():
         raise EngineError(
             f"Exudyn's stiffness differs by {difference.max():.2g} from that of the components; "
@@ -247,9 +248,9 @@ def _refuse_other_stiffness(K: Array, rows: Array, size: Array, limit: float) ->
         )
 
 
-def _projected(matrices: Array, transform: Array) -> Array:
+def _projected(matrix: Array, transform: Array) -> Array:
     if len(transform) == transform.shape[1]:  # nothing is locked: the identity
-        return matrices
-    projected = transform.T @ matrices @ transform
-    symmetric: Array = 0.5 * (projected + np.swapaxes(projected, 1, 2))
+        return matrix
+    projected = transform.T @ matrix @ transform
+    symmetric: Array = 0.5 * (projected + projected.T)
     return symmetric

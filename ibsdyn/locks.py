@@ -50,7 +50,10 @@ def eliminate_locks(assembly: Assembly) -> Elimination:
     """
     count = len(assembly.names)
     base = np.flatnonzero(assembly.is_base)
-    rows = np.vstack([np.zeros((0, count)), *(joint.locks for joint in assembly.joints)])
+    locked = [joint.locks for joint in assembly.joints if any(joint.connection.locked)]
+    if not locked and not assembly.is_base.all():  # the base comes last: nothing changes places
+        return Elimination(np.flatnonzero(~assembly.is_base), base, np.eye(count), 0)
+    rows = np.vstack([np.zeros((0, count)), *locked])
     total = len(rows)
     determined: list[int] = []
     eliminated: list[Array] = []

@@ -4,15 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy.linalg
+from scipy.linalg import lapack
 
-from ibsdyn.assembly import Assembly
+from ibsdyn.assembly import Assembly, body_mass_matrix
 from ibsdyn.axes import Array
+from ibsdyn.damping import modal_diagonal
 from ibsdyn.elastic_parts import free_motions
 from ibsdyn.errors import AnalysisError
+from ibsdyn.reduction_trust import reduction_errors
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -31,10 +36,7 @@ class Modes:
     coordinates : n names.
     strain_energy : share of each connection and flexible body in the mode's strain energy, (n_modes,) each;
         zero for rigid-body modes.
-    kinetic_energy : share of each body in the mode's kinetic energy, (n_modes,) each.
     rigid : (n_modes,) which of them strain nothing.
-    reduction_errors : (n_modes,) by how much the reductions of flexible bodies have raised each frequency, relative:
-        an estimate that is sharp up to half of a body's cut-off and too low above; nan where a body does not know.
     """
 
     frequencies: Array
@@ -42,11 +44,29 @@ class Modes:
     shapes: Array
     coordinates: tuple[str, ...]
     strain_energy: Mapping[str, Array]
-    kinetic_energy: Mapping[str, Array]
     rigid: np.ndarray
-    reduction_errors: Array
     _assembly: Assembly
     _full_shapes: Array
+
+    @cached_property
+    def kinetic_energy(self) -> Mapping[str, Array]:
+        """Share of each body in the mode's kinetic energy, (n_modes,) each."""
+        shares = {}
+        for body in self._assembly.bodies:
+            moved = self._full_shapes[self._assembly.places[body.name]]
+            shares[body.name] = modal_diagonal(moved, body_mass_matrix(body))
+            shares[body.name].setflags(write=False)
+        return MappingProxyType(shares)
+
+    @cached_property
+    def reduction_errors(self) -> Array:
+        """By how much the reductions of flexible bodies have raised each frequency, relative, (n_modes,).
+
+        An estimate that is sharp up to half of a body's cut-off and too low above; nan where a body does not know.
+        """
+        errors = reduction_errors(self._assembly, self.frequencies, self._full_shapes)
+        errors.setflags(write=False)
+        return errors
 
     def __len__(self) -> int:
         """Return the number of modes."""
@@ -143,28 +163,25 @@ def undamped_modes(M: Array, rows: Array) -> tuple[Array, Array, np.ndarray]:
     nothing by geometry, split off before.
     """
     n = len(M)
-    try:
-        L = np.linalg.cholesky(M)
-    except np.linalg.LinAlgError as error:
-        raise AnalysisError(
-            "the mass matrix is not positive definite: some coordinate has no mass or inertia."
-        ) from error
+    L, not_positive = lapack.dpotrf(M, lower=1, clean=1)
+    if not_positive:
+        raise AnalysisError("the mass matrix is not positive definite: some coordinate has no mass or inertia.")
     free = free_motions(rows)
     count = free.shape[1]
     # An orthonormal basis whose first columns are the rigid motions and whose others are the rest.
     basis = scipy.linalg.qr(L.T @ free)[0] if count else np.eye(n)
-    weighted = scipy.linalg.lapack.dtrtrs(L, rows.T, lower=1)[0].T
+    weighted = lapack.dtrtrs(L, rows.T, lower=1)[0].T
     if count:
         weighted = weighted @ basis[:, count:]
     # The left singular vectors are of no use: a triangular factor has the same values and right vectors. Pivoting
     # orders it from stiff to soft, which keeps more digits of what is soft.
-    triangle, order = scipy.linalg.qr(weighted, mode="r", pivoting=True, check_finite=False)
-    _, singular, right = np.linalg.svd(triangle[: n - count], full_matrices=True)
-    elastic = basis[:, count:][:, order] @ right[::-1].T
+    factor, order, *_ = lapack.dgeqp3(weighted)
+    _, singular, right = np.linalg.svd(np.triu(factor[: n - count]), full_matrices=True)
+    elastic = basis[:, count:][:, order - 1] @ right[::-1].T  # LAPACK counts from 1
     values = np.zeros(n - count)
     values[: len(singular)] = singular[: n - count]
     omega = np.concatenate([np.zeros(count), values[::-1]])
-    shapes = scipy.linalg.lapack.dtrtrs(L, np.hstack([basis[:, :count], elastic]), lower=1, trans=1)[0]
+    shapes = lapack.dtrtrs(L, np.hstack([basis[:, :count], elastic]), lower=1, trans=1)[0]
     # The sign of an eigenvector is arbitrary; the largest coordinate is made positive so that runs agree.
     largest = np.abs(shapes).argmax(axis=0)
     shapes = shapes * np.where(shapes[largest, np.arange(n)] < 0, -1.0, 1.0)

@@ -6,6 +6,7 @@ import numbers
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Literal, NamedTuple
+from weakref import WeakKeyDictionary
 
 from ibsdyn.axes import INERTIA_NAMES, STIFFNESS_NAMES, is_rotation
 from ibsdyn.components import (
@@ -121,7 +122,7 @@ def changed_components(
         name = address.split(".", 1)[0] if isinstance(address, str) else ""
         component: Component | None = items.get(name) or connections.get(name)
         if component is not None and name not in known:
-            known[name] = {parameter.address: parameter for parameter in _parameters_of(component, axis)}
+            known[name] = _known_parameters(component, axis)
         parameter = known.get(name, {}).get(address)
         if parameter is None:
             every = model_parameters(items, connections, axis)
@@ -138,6 +139,14 @@ def changed_components(
         else:
             new_connections[name] = _changed_connection(new_connections[name], entries, axis)
     return new_items, new_connections
+
+
+def _known_parameters(component: Component, axis: str | None) -> dict[str, Parameter]:
+    """Return the parameters of a component by address, listed once: variants of a model begin at the same one."""
+    known = _KNOWN.setdefault(axis, WeakKeyDictionary())
+    if component not in known:
+        known[component] = {parameter.address: parameter for parameter in _parameters_of(component, axis)}
+    return known[component]
 
 
 def _parameters_of(component: Component, axis: str | None) -> list[Parameter]:
@@ -260,3 +269,7 @@ def _with_entries(values: Sequence[float], entries: Sequence[tuple[Parameter, fl
     for parameter, value in entries:
         changed[parameter.entry] = value
     return tuple(changed)
+
+
+# A component cannot change, so its list holds as long as it lives. In a 1-D model units go with the axis.
+_KNOWN: dict[str | None, WeakKeyDictionary[Component, dict[str, Parameter]]] = {}

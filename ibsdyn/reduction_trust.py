@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,6 +11,9 @@ from ibsdyn.assembly import Assembly
 from ibsdyn.axes import Array
 from ibsdyn.components import FlexibleBody
 from ibsdyn.errors import warn_user
+
+if TYPE_CHECKING:
+    from ibsdyn.modes import Modes
 
 # A mode whose kinetic energy sits in a part, or inside of parts, belongs to them and not to the assembly.
 _OF_THE_PART = 0.5
@@ -21,37 +24,34 @@ _TAKES_PART = 0.05
 def reduction_errors(assembly: Assembly, frequencies: Array, shapes: Array) -> Array:
     """Return by how much reductions have raised each frequency, df/f (n_modes,); nan where a body does not know.
 
-    frequencies (n_modes,) [Hz], 0 for rigid-body modes; shapes (N, n_modes) over all coordinates, unit modal mass.
-    The residuals of several bodies act on different coordinates, so their first-order shifts add up.
+    frequencies (n_modes,) [Hz] in ascending order, 0 for rigid-body modes; shapes (N, n_modes) over all coordinates,
+    unit modal mass. The residuals of several bodies act on different coordinates, so their first-order shifts add up.
     """
     errors = np.zeros(len(frequencies))
-    elastic = np.flatnonzero(frequencies > 0.0)
+    elastic = slice(int(np.count_nonzero(frequencies == 0.0)), None)
     for body in _flexible(assembly):
         own = body.reduced.reduction_errors(frequencies[elastic], shapes[assembly.places[body.name]][:, elastic])
         errors[elastic] += np.nan if own is None else own
     return errors
 
 
-def warn_of_modes_beyond(
-    assembly: Assembly,
-    frequencies: Array,
-    shapes: Array,
-    strain_energy: Mapping[str, Array],
-    kinetic_energy: Mapping[str, Array],
-) -> None:
+def warn_of_modes_beyond(modes: Modes) -> None:
     """Warn where a mode of the assembly deforms a body at a frequency near or above its cut-off.
 
     The highest modes of any reduced body are what is left of its basis and lie above the cut-off by nature; little
     moves in them but the body itself, and they are not meant.
     """
+    assembly, frequencies, shapes = modes._assembly, modes.frequencies, modes._full_shapes
+    if not any(frequencies[-1] > _trusted(body.reduced) for body in _flexible(assembly)):
+        return
     inside = np.zeros(len(frequencies))
     for body in _flexible(assembly):
         place, n_modes = assembly.places[body.name], len(body.reduced.frequencies)
         inside += np.diag(body.reduced.M)[-n_modes:] @ shapes[place][-n_modes:] ** 2 if n_modes else 0.0
     for body in _flexible(assembly):
         limit = _trusted(body.reduced)
-        moves = np.maximum(kinetic_energy[body.name], inside)
-        takes_part = (strain_energy[body.name] > _TAKES_PART) & (moves < _OF_THE_PART)
+        moves = np.maximum(modes.kinetic_energy[body.name], inside)
+        takes_part = (modes.strain_energy[body.name] > _TAKES_PART) & (moves < _OF_THE_PART)
         beyond = np.flatnonzero((frequencies > limit) & takes_part)
         if len(beyond):
             first, count = beyond[0], len(beyond)

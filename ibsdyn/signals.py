@@ -309,8 +309,7 @@ def load_column(signal: Force | Torque | Stroke, assembly: Assembly) -> Array:
     position = signal.position if isinstance(signal, Force) else None
     if isinstance(signal, Torque):
         _refuse_unknown_rotation(signal, assembly, signal.item)
-    row: Array = direction_row(signal, assembly) @ assembly.motion(signal.item, position)
-    return row
+    return along_direction(signal, assembly, assembly.motion(signal.item, position))
 
 
 def _stroke_column(signal: Stroke, assembly: Assembly) -> Array:
@@ -345,8 +344,7 @@ def base_column(signal: BaseMotion, assembly: Assembly) -> Array:
     if not isinstance(assembly.items.get(signal.item), Fixation):
         known = [f.name for f in assembly.fixations]
         raise ModelError(f"BaseMotion {what!r}: {signal.item!r} is not a fixation. {nearest(signal.item, known)}")
-    column: Array = (direction_row(signal, assembly) @ assembly.motion(signal.item))[assembly.is_base]
-    return column
+    return along_direction(signal, assembly, assembly.motion(signal.item))[assembly.is_base]
 
 
 def sensor_row(sensor: Output, assembly: Assembly) -> Array:
@@ -362,15 +360,14 @@ def sensor_row(sensor: Output, assembly: Assembly) -> Array:
         return combined
     what = sensor.name
     assembly.address(sensor.item, what)
-    direction = direction_row(sensor, assembly)
     if sensor.is_rotation:
         for item in (sensor.item, sensor.relative_to):
             _refuse_unknown_rotation(sensor, assembly, item)
-    row: Array = direction @ assembly.motion(sensor.item, sensor.position)
+    row = along_direction(sensor, assembly, assembly.motion(sensor.item, sensor.position))
     if sensor.relative_to is not None:
         assembly.address(sensor.relative_to, f"{what}: relative_to")
         at = sensor.position if sensor.position is not None else assembly.frames[sensor.item]
-        row = row - direction @ assembly.motion(sensor.relative_to, at)
+        row = row - along_direction(sensor, assembly, assembly.motion(sensor.relative_to, at))
     return row
 
 
@@ -417,6 +414,15 @@ def _refuse_unknown_rotation(signal: _Signal, assembly: Assembly, item: str | No
             f"{signal.name}: sensor point {item!r} is too few nodes to know a rotation; give fi.reduce three for it "
             "that are not on one line."
         )
+
+
+def along_direction(signal: _Signal, assembly: Assembly, motion: Array) -> Array:
+    """Return the (n,) row of a (6, n) motion along a signal's direction; see ``direction_row``."""
+    if isinstance(signal.direction, str) and assembly.axis is None:
+        along: Array = motion[DIRECTIONS.index(signal.direction)]
+        return along
+    other: Array = direction_row(signal, assembly) @ motion
+    return other
 
 
 def direction_row(signal: _Signal, assembly: Assembly) -> Array:

@@ -77,6 +77,8 @@ def numbers_of(value: object, count: int, what: str, names: str) -> tuple[float,
     ------
     ModelError : not a sequence of ``count`` numbers, or one of them is NaN.
     """
+    if type(value) is tuple and len(value) == count and all(type(v) is float and v == v for v in value):
+        return value  # as a checked component keeps them
     wanted = f"{what} must be {'one number' if count == 1 else f'{count} numbers'} ({names})"
     items: list[Any] = []
     try:

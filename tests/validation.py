@@ -53,7 +53,7 @@ def validated(request: pytest.FixtureRequest, record_property: Callable[[str, ob
                 "expected": wanted.ravel().tolist(),
                 "found": got.ravel().tolist(),
                 "deviation": float(deviation.max()),
-                "tolerance": rtol if rtol is not None else atol,
+                "tolerance": float(rtol if rtol is not None else atol),  # type: ignore[arg-type]  # one of them is there
                 "relative": rtol is not None,
                 "test": request.node.nodeid.split("[")[0],
             },

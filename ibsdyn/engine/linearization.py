@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import exudyn as exu
 import numpy as np
@@ -19,17 +19,12 @@ ASYMMETRY_LIMIT = {"small-deflection": 1e-9, "floating-frame": 1e-4}
 GYROSCOPIC_RATE = 10.0
 
 
-@dataclass(frozen=True, eq=False)
-class FullMatrices:
-    """M, C, K over all coordinates of an assembly, base included, before any lock is applied.
-
-    K_size (N,) is the scale of K's rounding: its diagonal if nothing cancelled in it.
-    """
+class FullMatrices(NamedTuple):
+    """M, C, K over all coordinates of an assembly, base included, before any lock is applied."""
 
     M: Array
     C: Array
     K: Array
-    K_size: Array
 
 
 def linearized_matrices(assembly: Assembly, flexible: FlexibleMapping = "small-deflection") -> FullMatrices:
@@ -57,33 +52,38 @@ def linearized_matrices(assembly: Assembly, flexible: FlexibleMapping = "small-d
         except (exu.ExudynError, RuntimeError) as error:
             raise EngineError(f"Exudyn refused the model: {error}") from error
     matrices = to_raw.T @ raw @ to_raw
-    M_size, K_size = np.abs(np.diag(matrices[0])), stiffness_size(assembly)
-    # Exudyn finds the velocity Jacobian of the gyroscopic terms by differences, about 1e-10 rad/s beside rest.
-    C_size = damping_size(assembly) + GYROSCOPIC_RATE * M_size
-    M, K, C = _symmetric(matrices, np.array([M_size, K_size, C_size]), ASYMMETRY_LIMIT[flexible])
-    return FullMatrices(M, C, K, K_size)
+    M, K, C = _symmetric(matrices, assembly, ASYMMETRY_LIMIT[flexible])
+    return FullMatrices(M, C, K)
 
 
-def _symmetric(matrices: Array, sizes: Array, limit: float) -> Array:
-    """Return the symmetric parts of M, K and C after checking that nothing but rounding is lost.
-
-    Parameters
-    ----------
-    sizes : (3, N) scale of each diagonal entry before anything cancels in it.
-    """
+def _symmetric(matrices: Array, assembly: Assembly, limit: float) -> Array:
+    """Return the symmetric parts of M, K and C after checking that nothing but rounding is lost."""
     transposed = np.swapaxes(matrices, 1, 2)
     asymmetry = np.abs(matrices - transposed)
-    scale = np.sqrt(sizes)
-    # What is not finite differs from itself by nan, which is not small either.
-    small = asymmetry <= limit * (scale[:, :, None] * scale[:, None, :])
-    if not small.all():
-        worst = int(np.argmin(small.all(axis=(1, 2))))
-        raise EngineError(
-            f"Exudyn's {'MKC'[worst]} is unsymmetric (by up to {asymmetry[worst].max():.2g}) or not finite; please "
-            "report the model."
-        )
+    sizes = np.abs(np.diagonal(matrices, axis1=1, axis2=2))
+    # Exudyn finds the velocity Jacobian of the gyroscopic terms by differences, about 1e-10 rad/s beside rest.
+    gyroscopic = GYROSCOPIC_RATE * sizes[0]
+    sizes[2] += gyroscopic
+    if not (asymmetry <= limit * _scale(sizes)).all():
+        # Where something cancelled in a diagonal, rounding is as large as what it is made of.
+        sizes[1:] = stiffness_size(assembly), damping_size(assembly) + gyroscopic
+        # What is not finite differs from itself by nan, which is not small either.
+        small = asymmetry <= limit * _scale(sizes)
+        if not small.all():
+            worst = int(np.argmin(small.all(axis=(1, 2))))
+            raise EngineError(
+                f"Exudyn's {'MKC'[worst]} is unsymmetric (by up to {asymmetry[worst].max():.2g}) or not finite; please "
+                "report the model."
+            )
     symmetric: Array = 0.5 * (matrices + transposed)
     return symmetric
+
+
+def _scale(diagonals: Array) -> Array:
+    """Return the geometric mean of the diagonals' entries, (3, N) to (3, N, N)."""
+    scale = np.sqrt(diagonals)
+    means: Array = scale[:, :, None] * scale[:, None, :]
+    return means
 
 
 def _exudyn_matrices(assembly: Assembly, flexible: FlexibleMapping) -> tuple[Array, Array]:
