@@ -168,20 +168,22 @@ def undamped_modes(M: Array, rows: Array) -> tuple[Array, Array, np.ndarray]:
         raise AnalysisError("the mass matrix is not positive definite: some coordinate has no mass or inertia.")
     free = free_motions(rows)
     count = free.shape[1]
-    # An orthonormal basis whose first columns are the rigid motions and whose others are the rest.
-    basis = scipy.linalg.qr(L.T @ free)[0] if count else np.eye(n)
     weighted = lapack.dtrtrs(L, rows.T, lower=1)[0].T
     if count:
+        # An orthonormal basis whose first columns are the rigid motions and whose others are the rest.
+        basis = scipy.linalg.qr(L.T @ free)[0]
         weighted = weighted @ basis[:, count:]
     # The left singular vectors are of no use: a triangular factor has the same values and right vectors. Pivoting
     # orders it from stiff to soft, which keeps more digits of what is soft.
     factor, order, *_ = lapack.dgeqp3(weighted)
     _, singular, right = np.linalg.svd(np.triu(factor[: n - count]), full_matrices=True)
-    elastic = basis[:, count:][:, order - 1] @ right[::-1].T  # LAPACK counts from 1
-    values = np.zeros(n - count)
-    values[: len(singular)] = singular[: n - count]
-    omega = np.concatenate([np.zeros(count), values[::-1]])
-    shapes = lapack.dtrtrs(L, np.hstack([basis[:, :count], elastic]), lower=1, trans=1)[0]
+    motions = np.empty((n - count, n - count))
+    motions[order - 1] = right[::-1].T  # LAPACK counts from 1
+    if count:
+        motions = np.hstack([basis[:, :count], basis[:, count:] @ motions])
+    omega = np.zeros(n)
+    omega[n - len(singular) :] = singular[::-1]
+    shapes = lapack.dtrtrs(L, motions, lower=1, trans=1)[0]
     # The sign of an eigenvector is arbitrary; the largest coordinate is made positive so that runs agree.
     largest = np.abs(shapes).argmax(axis=0)
     shapes = shapes * np.where(shapes[largest, np.arange(n)] < 0, -1.0, 1.0)

@@ -48,10 +48,9 @@ def linearized_matrices(assembly: Assembly, flexible: FlexibleMapping = "small-d
     checked_mapping(flexible)
     with silent():
         try:
-            raw, to_raw = _exudyn_matrices(assembly, flexible)
+            matrices = _exudyn_matrices(assembly, flexible)
         except (exu.ExudynError, RuntimeError) as error:
             raise EngineError(f"Exudyn refused the model: {error}") from error
-    matrices = to_raw.T @ raw @ to_raw
     M, K, C = _symmetric(matrices, assembly, ASYMMETRY_LIMIT[flexible])
     return FullMatrices(M, C, K)
 
@@ -86,8 +85,8 @@ def _scale(diagonals: Array) -> Array:
     return means
 
 
-def _exudyn_matrices(assembly: Assembly, flexible: FlexibleMapping) -> tuple[Array, Array]:
-    """Return (3, n_exudyn, n_exudyn) M, K and C over Exudyn's coordinates, and the matrix that leads to those."""
+def _exudyn_matrices(assembly: Assembly, flexible: FlexibleMapping) -> Array:
+    """Return (3, n, n) M, K and C as Exudyn has them."""
     container = exu.SystemContainer()
     translation = Translation(assembly, container.AddSystem(), flexible)
     translation.mbs.Assemble()
@@ -95,4 +94,4 @@ def _exudyn_matrices(assembly: Assembly, flexible: FlexibleMapping) -> tuple[Arr
     # Dense Jacobians of 500 bodies take minutes, sparse ones a fraction of a second; the numbers are the same.
     settings.linearSolver.solverType = exu.LinearSolverType.EigenSparse
     raw = translation.mbs.ComputeLinearizedSystem(simulationSettings=settings)[:3]
-    return np.array(raw, dtype=float), translation.to_raw()
+    return translation.over_model(np.array(raw, dtype=float))

@@ -282,6 +282,18 @@ class Translation:
             to_raw[rows, self.assembly.places[name]] = self._to_nodes(name)
         return to_raw
 
+    def over_model(self, matrices: Array) -> Array:
+        """Return (k, n_exudyn, n_exudyn) matrices over the model's coordinates, (k, n, n); the system is assembled."""
+        if self.floating:
+            to_raw = self.to_raw()
+            taken_over: Array = to_raw.T @ matrices @ to_raw
+            return taken_over
+        items = [*self.assembly.bodies, *self.assembly.fixations]
+        rows = [row for item in items for node in self.item_nodes(item.name) for row in self._rows(node)]
+        if rows == list(range(len(rows))):  # as a rule: nodes are made in the order of the coordinates
+            return matrices
+        return matrices[:, rows][:, :, rows]
+
     def from_nodes(self, names: Sequence[str]) -> tuple[list[int], Array]:
         """Return the nodes of items, and the (n, n_node) matrix from their coordinates to the model's, linearised."""
         nodes: list[int] = []
