@@ -155,7 +155,22 @@ def sensitivities(model: ibs.Model, rounds: int) -> None:
         return bool((np.abs(exact - by_differences) <= 1e-3 * np.abs(by_differences) + 1e-3 * size).all())
 
     assert alike(found.derivatives.T, differences(frequencies_and_ratios)), "sensitivities differ from differences"
+    random = ibs.Disturbance("floor", INPUTS[1], ([20.0, 2000.0], [1e-2, 1e-2]))
+    results: list[ibs.Quantity] = [
+        ibs.ModeFrequency(1),
+        ibs.PeakResponse(INPUTS[1], OUTPUTS[5], (20.0, 2000.0)),
+        ibs.RmsResponse(OUTPUTS[5], random, (20.0, 2000.0)),
+    ]
+
+    def values_of(system: ibs.LinearSystem) -> np.ndarray:
+        return np.array([quantity.evaluate(system) for quantity in results])
+
+    assert alike(ibs.sensitivities(model, results).derivatives.T, differences(values_of)), "another peak or RMS"
     cases = {
+        "a frequency, a peak and an RMS": (
+            lambda _: ibs.sensitivities(model, results),
+            lambda _: differences(values_of),
+        ),
         "frequencies and ratios of 20 modes": (
             lambda _: ibs.sensitivities(model, quantities),
             lambda _: differences(frequencies_and_ratios),

@@ -293,7 +293,7 @@ def _diagonal_solver(stiffness: Complex, damping: NDArray[np.floating], omega: A
         for start in range(0, len(omega), step):
             part = slice(start, start + step)
             weighted = weights[part] if isinstance(weights, np.ndarray) else weights
-            dynamic = _dynamic_compliance(stiffness, damping, omega[part], weighted)
+            dynamic = dynamic_compliance(stiffness, damping, omega[part], weighted)
             if np.iscomplexobj(residues):
                 np.matmul(residues, dynamic, out=result[:, part])
             else:  # real times complex is one real product, half the work
@@ -303,9 +303,9 @@ def _diagonal_solver(stiffness: Complex, damping: NDArray[np.floating], omega: A
     return solve
 
 
-def _dynamic_compliance(
+def dynamic_compliance(
     stiffness: Complex, damping: NDArray[np.floating], omega: Array, weights: NDArray[np.floating] | float
-) -> Complex:
+) -> NDArray[np.complex128]:
     """Return the (n, n_freq) weight / (k - omega² + i omega c); a complex division would take three times as long."""
     real = stiffness.real[:, None] - omega**2
     minus_imaginary = -damping[:, None] * omega

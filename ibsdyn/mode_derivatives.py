@@ -113,7 +113,9 @@ def _ratios(basis: MotionBasis, shapes: Array, eigenvalues: Array, damping: Arra
     n, rigid = basis.n, basis.rigid
     safe = np.where(rigid, 1.0, basis.omega)
     dampers = basis.explicit[:n, :n]
-    rate = np.einsum("prr->pr", damping + explicit) + 2.0 * np.einsum("rs,psr->pr", dampers, shapes)
+    rate = np.einsum("prr->pr", damping) + np.einsum("prr->pr", explicit)
+    if dampers.any():
+        rate += 2.0 * np.einsum("rs,psr->pr", dampers, shapes)
     total = 2.0 * np.diag(basis.weighted)[:n] / safe + np.diag(dampers)
     ratios: Array = np.where(rigid, 0.0, rate / (2.0 * safe) - total * eigenvalues / (4.0 * safe**3))
     return ratios
@@ -122,5 +124,7 @@ def _ratios(basis: MotionBasis, shapes: Array, eigenvalues: Array, damping: Arra
 def _clusters(omega: Array) -> list[np.ndarray]:
     """Return the modes that share a frequency, each group in order."""
     apart = np.diff(omega) > REPEATED * omega[1:]
+    if apart.all():
+        return []
     groups = np.split(np.arange(len(omega)), np.flatnonzero(apart) + 1)
     return [group for group in groups if len(group) > 1]

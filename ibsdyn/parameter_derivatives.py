@@ -73,6 +73,8 @@ class MotionBasis:
         self.vectors = np.hstack([np.vstack([shapes, at_rest]), static])
         self.motion: Array = system._to_full @ self.vectors
         self.joints = {joint.name: joint for joint in self.assembly.joints}
+        self._deformations: dict[str, Array] = {}
+        self._moves: dict[tuple[str, int], MatrixChange] = {}
 
     @property
     def size(self) -> int:
@@ -147,7 +149,13 @@ class MotionBasis:
             return self._change(weighted=self._ratio_change(joint.name))
         if parameter.kind == "place":
             share = _centre_share(connection, parameter.field)
-            return self._change() if share == 0.0 else self._moved(joint, parameter, share)
+            if share == 0.0:
+                return self._change()
+            # Both positions of a connection move its elastic centre alike.
+            moved = self._moves.get((joint.name, parameter.entry))
+            if moved is None:
+                moved = self._moves[joint.name, parameter.entry] = self._moved(joint, parameter, share)
+            return moved
         if connection.locked[parameter.entry]:
             if parameter.kind == "damping":
                 return self._change()  # a damper across a lock never moves
@@ -237,8 +245,9 @@ class MotionBasis:
 
     def _deformation(self, joint: Joint) -> Array:
         """Return the (r, n + n_base) deformation of a joint along its own axes."""
-        deformation: Array = joint.deformation @ self.motion
-        return deformation
+        if joint.name not in self._deformations:
+            self._deformations[joint.name] = joint.deformation @ self.motion
+        return self._deformations[joint.name]
 
     def _holds_rigid_motion(self, row: Array) -> bool:
         modal = np.abs(row[: self.n])

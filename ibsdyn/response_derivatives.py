@@ -7,21 +7,20 @@ Explicit dampers couple the modes; then -lambda^T Z' eta with the adjoint soluti
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
+from itertools import groupby
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ibsdyn.axes import Array
-from ibsdyn.harmonic import differentiate, orders
+from ibsdyn.harmonic import differentiate, dynamic_compliance, orders
 from ibsdyn.mode_derivatives import ModeDerivatives
 from ibsdyn.parameter_derivatives import MatrixChange, MotionBasis, lever_derivative
 from ibsdyn.parameters import Parameter
 from ibsdyn.signals import BaseMotion, CombinedSensor, Force, Input, Output, Stroke, Torque, direction_row
 
 Complex = NDArray[np.complex128]
-
-# Rows of derivatives that are calculated at once: as much as the cache holds.
-BLOCK_BYTES = 2**22
 
 
 class ResponseDerivatives:
@@ -62,18 +61,23 @@ class ResponseDerivatives:
                 self._base[:, i] = system.base_motion(source)
             else:
                 self._loads[:, i] = shapes.T @ system.load(source)
+        # A parameter that has the very same change as an earlier one has the same derivatives.
+        first: dict[int, int] = {}
+        self._same = [first.setdefault(id(change), p) for p, change in enumerate(changes)]
         for p, (parameter, change) in enumerate(zip(parameters, changes, strict=True)):
+            moves = parameter.kind == "place" and parameter.component in basis.assembly.items
             for o, sensor in enumerate(outputs):
-                self._row_changes[p, o] = _sensor_change(basis, parameter, sensor)
+                if moves:
+                    self._row_changes[p, o] = _sensor_change(basis, parameter, sensor)
                 if change.motion is not None:
                     self._row_changes[p, o] += basis.sensor_row(sensor) @ change.motion
             for i, source in enumerate(inputs):
-                if isinstance(source, BaseMotion):
+                if not isinstance(source, BaseMotion):
+                    self._load_changes[p, :, i] = _load_change(basis, parameter, source)
+                    if change.motion is not None:
+                        self._load_changes[p, :, i] += basis.load_column(source) @ change.motion[:, :n]
+                elif moves:
                     self._base_changes[p, :, i] = _base_change(basis, parameter, source)
-                    continue
-                self._load_changes[p, :, i] = _load_change(basis, parameter, source)
-                if change.motion is not None:
-                    self._load_changes[p, :, i] += basis.load_column(source) @ change.motion[:, :n]
 
     def at(self, frequencies: Array) -> tuple[Complex, Complex]:
         """Return responses (n_out, n_in, n_freq) and derivatives (P, n_out, n_in, n_freq) at frequencies [Hz]."""
@@ -81,18 +85,48 @@ class ResponseDerivatives:
             if self._basis.explicit.any():
                 response, derivatives = self._coupled(2 * np.pi * frequencies)
             else:
-                response, derivatives = self._modal(2 * np.pi * frequencies)
+                response, derivatives = self._modal_sum(2 * np.pi * frequencies), self._modal(2 * np.pi * frequencies)
             for values in (response, derivatives):
                 differentiate(values, 2j * np.pi * frequencies, self._orders)
             return response, derivatives
 
-    def _modal(self, omega: Array) -> tuple[Complex, Complex]:
+    def derivatives_at(self, frequencies: Array) -> Complex:
+        """Return the derivatives alone, (P, n_out, n_in, n_freq), at frequencies [Hz]."""
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            omega = 2 * np.pi * frequencies
+            derivatives = self._coupled(omega)[1] if self._basis.explicit.any() else self._modal(omega)
+            differentiate(derivatives, 1j * omega, self._orders)
+            return derivatives
+
+    @cached_property
+    def _rates(self) -> Array:
+        """2 zeta omega of each mode, zero of rigid-body modes."""
+        basis = self._basis
+        safe = np.where(basis.rigid, 1.0, basis.omega)
+        rates: Array = np.where(basis.rigid, 0.0, 2.0 * np.diag(basis.weighted)[: basis.n] / safe)
+        return rates
+
+    def _modal_sum(self, omega: Array) -> Complex:
+        n, rows = self._basis.n, self._rows
+        inverse = self._inverse(omega)
+        response: Complex = np.repeat((rows[:, n:] @ self._base)[:, :, None].astype(complex), len(omega), axis=2)
+        for load, factor in ((self._loads, np.ones(1)), (self._basis.base_inertia @ self._base, omega**2)):
+            if load.any():
+                seen = (rows[:, None, :n] * load.T) @ inverse.view(float)
+                response += seen.view(complex) * factor
+        return response
+
+    def _inverse(self, omega: Array) -> Complex:
+        """Return the (n, n_freq) dynamic compliance of each mode."""
+        natural = self._basis.omega**2 + 0j
+        return dynamic_compliance(natural, self._rates, omega, 1.0)
+
+    def _modal(self, omega: Array) -> Complex:
         basis, modes = self._basis, self._modes
         n = basis.n
         rows, base_rows = self._rows[:, :n], self._rows[:, n:]
         safe = np.where(basis.rigid, 1.0, basis.omega)
-        rate = np.where(basis.rigid, 0.0, 2.0 * np.diag(basis.weighted)[:n] / safe)
-        inverse = 1.0 / (basis.omega[:, None] ** 2 - omega**2 + 1j * omega * rate[:, None])
+        inverse = self._inverse(omega)
         # Derivatives of what each mode shows and of what drives it, shapes included; by power of i omega.
         row_changes = self._row_changes[:, :, :n] + rows @ modes.shapes
         turned = np.swapaxes(modes.shapes, 1, 2)
@@ -101,7 +135,7 @@ class ResponseDerivatives:
         )
         if basis.system.quasi_static_motion().strain_free:
             K, explicit = np.zeros_like(K), np.zeros_like(explicit)  # whatever changes; what is there is rounding
-        static_rate = (rate / safe**2)[:, None] * K + explicit
+        static_rate = (self._rates / safe**2)[:, None] * K + explicit
         inertia = basis.base_inertia
         loads = [self._loads, np.zeros_like(self._loads), -inertia @ self._base]
         load_changes = [
@@ -109,29 +143,26 @@ class ResponseDerivatives:
             -static_rate @ self._base,
             turned @ loads[2] - M @ self._base - inertia @ self._base_changes,
         ]
-        direct = base_rows @ self._base
         direct_changes = self._row_changes[:, :, n:] @ self._base + base_rows @ self._base_changes
-        response = np.repeat(direct[:, :, None].astype(complex), len(omega), axis=2)
         squared = inverse**2
         terms: list[tuple[Array, Complex]] = [(direct_changes[..., None], np.ones((1, len(omega)), dtype=complex))]
         for power in range(3):
             f, df = loads[power], load_changes[power]
             factor = (1j * omega) ** power
+            if f.any() or df.any():
+                residues = row_changes[:, :, None, :] * f.T + rows[:, None, :] * np.swapaxes(df, 1, 2)[:, None]
+                terms.append((residues, inverse * factor))
             if f.any():
-                response += ((rows[:, None, :] * f.T) @ inverse) * factor
-            residues = row_changes[:, :, None, :] * f.T + rows[:, None, :] * np.swapaxes(df, 1, 2)[:, None]
-            terms.append((residues, inverse * factor))
-            # Repeated frequencies have blocks; both modes of a pair have the same 1 / Z².
-            terms.append((-_blocks(rows, modes.eigenvalue_blocks, f), squared * factor))
-            terms.append((-_blocks(rows, modes.damping_blocks, f), squared * (factor * 1j * omega)))
-        return response, _sum_of_products(terms, (len(self._changes), len(rows), self._base.shape[1], len(omega)))
+                # Repeated frequencies have blocks; both modes of a pair have the same 1 / Z².
+                terms.append((-_blocks(rows, modes.eigenvalue_blocks, f), squared * factor))
+                terms.append((-_blocks(rows, modes.damping_blocks, f), squared * (factor * 1j * omega)))
+        return _sum_of_products(terms, self._same)
 
     def _coupled(self, omega: Array) -> tuple[Complex, Complex]:
         basis = self._basis
         n, size = basis.n, basis.size
         s = 1j * omega
-        safe = np.where(basis.rigid, 1.0, basis.omega)
-        rate = np.where(basis.rigid, 0.0, 2.0 * np.diag(basis.weighted)[:n] / safe)
+        safe, rate = np.where(basis.rigid, 1.0, basis.omega), self._rates
         damping = np.diag(rate) + basis.explicit[:n, :n]
         dynamic = np.diag(basis.omega**2) + s[:, None, None] * damping - (omega**2)[:, None, None] * np.eye(n)
         inverse = np.linalg.inv(dynamic)
@@ -171,18 +202,27 @@ def _blocks(rows: Array, blocks: Array, loads: Array) -> Array:
     return residues
 
 
-def _sum_of_products(terms: Sequence[tuple[Array, Complex]], shape: tuple[int, ...]) -> Complex:
-    """Return the sum of residues (P, n_out, n_in, m) times dynamics (m, n_freq): one real product, block by block."""
-    kept = [(residues, dynamic) for residues, dynamic in terms if residues.any()]
-    if not kept:
-        return np.zeros(shape, dtype=complex)
-    result = np.empty(shape, dtype=complex)
-    residues = np.concatenate([own.reshape(-1, own.shape[-1]) for own, _ in kept], axis=1)
-    dynamic = np.concatenate([own for _, own in kept]).view(float)
-    flat = result.view(float).reshape(len(residues), -1)
-    step = max(1, BLOCK_BYTES // (8 * flat.shape[1]))
-    for start in range(0, len(flat), step):
-        np.matmul(residues[start : start + step], dynamic, out=flat[start : start + step])
+def _sum_of_products(terms: Sequence[tuple[Array, Complex]], same: Sequence[int]) -> Complex:
+    """Return the sum of residues (P, n_out, n_in, m) times dynamics (m, n_freq) as real products.
+
+    Each parameter's from the first to the last term that it has; what an earlier one has already, ``same``, is copied.
+    """
+    residues = np.concatenate([own for own, _ in terms], axis=3)
+    dynamic = np.concatenate([own for _, own in terms])
+    ends = np.cumsum([0, *(len(own) for _, own in terms)]).tolist()
+    has = np.array([own.any(axis=(1, 2, 3)) for own, _ in terms]).T
+    spans = [(ends[t[0]], ends[t[-1] + 1]) if len(t) else (0, 0) for t in map(np.flatnonzero, has)]
+    result = np.empty((*residues.shape[:3], dynamic.shape[1]), dtype=complex)
+    # Neighbours that have the same terms go together.
+    for ((first, last), known), group in groupby(range(len(same)), key=lambda p: (spans[p], same[p] < p)):
+        run = list(group)
+        if known:
+            for p in run:
+                result[p] = result[same[p]]
+        else:
+            own = slice(run[0], run[-1] + 1)
+            out = result[own].reshape(-1, dynamic.shape[1]).view(float)
+            np.matmul(residues[own, ..., first:last].reshape(len(out), -1), dynamic[first:last].view(float), out=out)
     return result
 
 

@@ -249,7 +249,7 @@ def response_sensitivities(
     system = model.linearize()
     response = system.frf(sources, sensors, hertz)
     derivatives = _derivatives(model, system, parameters, "response_sensitivities")
-    _, changes = derivatives.responses(sources, sensors).at(hertz)
+    changes = derivatives.responses(sources, sensors).derivatives_at(hertz)
     return ResponseSensitivities(
         response=response,
         parameters=tuple(parameter.address for parameter in derivatives.parameters),

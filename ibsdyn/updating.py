@@ -281,7 +281,7 @@ class _Problem:
                     columns.append(derivatives.modes.ratios[:, modes] / measured.damping_sigma)
             else:
                 responses = derivatives.responses(measured.inputs, measured.outputs)
-                _, changes = responses.at(measured.response.frequencies[measured.lines])
+                changes = responses.derivatives_at(measured.response.frequencies[measured.lines])
                 parts = [_parts(change, measured) for change in changes]
                 columns.append(np.array([np.concatenate(part) for part in parts]))
         jacobian: Array = np.concatenate(columns, axis=1).T * self._scale
