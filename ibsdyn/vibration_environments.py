@@ -1,7 +1,6 @@
 """Vibration of floors and of launchers as published spectra.
 
-Tables that could not be checked against a second public source are left out: ISO curves for buildings, ECSS-E-ST-10-03,
-launchers' manuals.
+Tables that could not be checked against a second public source are left out: ECSS-E-ST-10-03, launchers' manuals.
 """
 
 from __future__ import annotations
@@ -13,6 +12,10 @@ from ibsdyn.psd import PSD
 
 # RMS velocity in one-third-octave bands [m/s] where the curve is flat, and its lowest frequency [Hz].
 _CRITERIA = {
+    "ISO workshop": (800e-6, 4.0),
+    "ISO office": (400e-6, 4.0),
+    "ISO residential day": (200e-6, 4.0),
+    "ISO operating theatre": (100e-6, 4.0),
     "VC-A": (50e-6, 4.0),
     "VC-B": (25e-6, 4.0),
     "VC-C": (12.5e-6, 1.0),
@@ -21,7 +24,7 @@ _CRITERIA = {
     "VC-F": (1.56e-6, 1.0),
     "VC-G": (0.78e-6, 1.0),
 }
-# Below this VC-A and VC-B are constant in acceleration [Hz].
+# Below this VC-A, VC-B and the ISO curves are constant in acceleration [Hz].
 _KNEE = 8.0
 _HIGHEST = 80.0
 
@@ -39,7 +42,8 @@ def floor_vibration(criterion: str, unit: str = "m/s²") -> PSD:
 
     Parameters
     ----------
-    criterion : "VC-A" (coarsest) to "VC-G".
+    criterion : "ISO workshop" (coarsest), "ISO office", "ISO residential day", "ISO operating theatre", "VC-A" to
+        "VC-G".
     unit : of the signal, "m/s²", "m/s" or "m".
 
     Raises
@@ -52,6 +56,8 @@ def floor_vibration(criterion: str, unit: str = "m/s²") -> PSD:
     VC-G from 1 to 80 Hz, VC-A and VC-B from 8 to 80 Hz with constant acceleration from 4 to 8 Hz (quoted as 260 and
     130 µg). A floor that reaches its criterion in all bands at once has the PSD v² / (0.232 f); a real one reaches it
     in a few, so this is an upper bound. The criteria say nothing outside of their frequencies; the PSD is zero there.
+    The ISO curves have the shape of VC-A at 800, 400, 200 and 100 µm/s: the base curve of ISO 2631-2:1989 (5 mm/s² from
+    4 to 8 Hz, 0.1 mm/s above) times 8, 4, 2 and 1.
     H. Amick, M. Gendreau, T. Busch, C. Gordon, Evolving criteria for research
     facilities: I - Vibration, Proc. SPIE 5933 (2005); IEST-RP-CC024.
     """

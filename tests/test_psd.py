@@ -85,6 +85,19 @@ def test_criteria_in_third_octaves(criterion, level):
     assert psd.band == ((4.0, 80.0) if level >= 25 else (1.0, 80.0))
 
 
+@pytest.mark.parametrize(
+    ("criterion", "factor"),
+    [("ISO workshop", 8), ("ISO office", 4), ("ISO residential day", 2), ("ISO operating theatre", 1)],
+)
+def test_iso_curves_are_multiples_of_the_base_curve(criterion, factor):
+    """ISO 2631-2:1989: 5 mm/s² from 4 to 8 Hz, 0.1 mm/s up to 80 Hz, both printed rounded (0.5 % apart at 8 Hz)."""
+    psd = ibs.floor_vibration(criterion)
+    for f in (4.0, 6.3, 8.0, 16.0, 63.0):
+        width = f * (2 ** (1 / 6) - 2 ** (-1 / 6))
+        base = 5e-3 if f <= 8 else 1e-4 * 2 * np.pi * f
+        assert math.sqrt(psd.at(f) * width) == pytest.approx(factor * base, rel=0.01)
+
+
 def test_coarse_criteria_are_constant_in_acceleration_below_8_hz():
     for criterion, micro_g in (("VC-A", 260), ("VC-B", 130)):
         psd = ibs.floor_vibration(criterion)
