@@ -23,7 +23,7 @@ import fem_import as fi
 from fem_import import factorization, interior
 from fem_import.sparse_blocks import RowParallel
 
-BLOCKS = {"3e4": (12, 10, 9), "1e5": (19, 15, 13), "3e5": (27, 23, 19), "1e6": (41, 34, 28)}
+BLOCKS = {"3e4": (12, 10, 9), "1e5": (19, 15, 13), "3e5": (27, 23, 19), "1e6": (40, 33, 28)}
 FLEXURES = {"3e4": (4, 1), "1e5": (5, 2), "3e5": (9, 2), "1e6": (13, 3)}
 INTERFACES = {"left": "left", "right": "right"}
 
@@ -39,6 +39,7 @@ class Stopwatch:
     def __init__(self) -> None:
         self.seconds: dict[str, float] = {}
         self.columns: dict[str, int] = {}
+        self._inside = False
 
     @contextmanager
     def watching(self, targets: list[tuple[str, Any, str]]) -> Iterator[None]:
@@ -55,8 +56,12 @@ class Stopwatch:
     def _timed(self, label: str, function: Callable[..., Any]) -> Callable[..., Any]:
         @functools.wraps(function)
         def timed(*arguments: Any, **keywords: Any) -> Any:
+            if self._inside:
+                return function(*arguments, **keywords)  # counted where it was called from
+            self._inside = True
             start = time.perf_counter()
             result = function(*arguments, **keywords)
+            self._inside = False
             self.seconds[label] = self.seconds.get(label, 0.0) + time.perf_counter() - start
             if isinstance(result, np.ndarray) and result.ndim == 2:
                 self.columns[label] = self.columns.get(label, 0) + result.shape[1]
@@ -79,7 +84,9 @@ def ours(part: Part) -> dict[str, Any]:
     targets = [
         ("ordering", interior, "elimination_order"),
         ("factor", factor_class, "__init__"),
+        ("factor", factorization.MixedPrecisionFactor, "__init__"),
         ("solves", factor_class, "solve"),
+        ("solves", factorization.MixedPrecisionFactor, "solve"),
         ("products", RowParallel, "__matmul__"),
     ]
     before_reduction = _peak_gib()

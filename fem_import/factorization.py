@@ -16,13 +16,18 @@ from scipy import sparse
 
 from fem_import import ordering, pardiso
 from fem_import.errors import ReductionError
-from fem_import.pardiso import PardisoError, PardisoFactor
+from fem_import.memory import physical_memory
+from fem_import.mixed_precision import MixedPrecisionFactor
+from fem_import.pardiso import FactorTooLargeError, PardisoError, PardisoFactor
 from fem_import.superlu import SuperLUFactor
 
 FloatArray: TypeAlias = NDArray[np.float64]
 IntArray: TypeAlias = NDArray[np.int64]
 SparseMatrix: TypeAlias = "sparse.csr_array[Any, tuple[int, int]]"
 
+# What a factor in double precision may take of the memory, as K, M and some hundred vectors need as much again as a
+# third of it; and one in single precision.
+_SHARE_IN_DOUBLE, _LARGEST_SHARE = 0.5, 0.7
 _GROWTH_LIMIT = 1e13  # of the diagonally scaled matrix: beyond, fewer than three digits of a double remain
 
 
@@ -36,7 +41,7 @@ class Factorization:
     size: int
     solver: str
     n_negative: int | None
-    _factor: PardisoFactor | SuperLUFactor | None  # None of an empty matrix
+    _factor: PardisoFactor | MixedPrecisionFactor | SuperLUFactor | None  # None of an empty matrix
 
     def solve(self, right_sides: FloatArray) -> FloatArray:
         """Return A^-1 B for B (n, k), all columns in one call: blocks run at BLAS-3 speed."""
@@ -76,19 +81,34 @@ def factorize(
     diagonal = upper.diagonal()
     if definite and np.any(diagonal <= 0.0):
         raise ReductionError(f"{what} is not positive definite: {diagonal.min():.3g} on its diagonal.")
-    factor: PardisoFactor | SuperLUFactor
+    factor: PardisoFactor | MixedPrecisionFactor | SuperLUFactor
     try:
-        if pardiso.is_available():
-            factor = PardisoFactor(upper, pardiso.POSITIVE_DEFINITE if definite else pardiso.INDEFINITE, order)
-        else:
-            factor = SuperLUFactor(upper, order)
+        factor = _by_pardiso(upper, order, definite) if pardiso.is_available() else SuperLUFactor(upper, order)
+    except FactorTooLargeError as error:
+        raise ReductionError(
+            f"{what} ({size} DoF) does not fit into memory when factored, even in single precision: "
+            f"{error.size * 1e-9:.3g} GB of {physical_memory() * 1e-9:.3g} GB. Use a machine with more memory, or a "
+            "coarser mesh away from the interfaces."
+        ) from None
     except (PardisoError, RuntimeError) as error:
         raise ReductionError(_singular(what, str(error))) from None
     except MemoryError:
         raise ReductionError(f"{what} ({size} DoF) does not fit into memory when factored.") from None
     _refuse_singular(upper, diagonal, factor, what, definite)
+    if isinstance(factor, MixedPrecisionFactor):
+        solver += ", in single precision for want of memory, refined to double"
     # Asking SuperLU for the count copies its U, so only where it is the question.
     return Factorization(size, solver, 0 if definite else factor.n_negative, factor)
+
+
+def _by_pardiso(upper: SparseMatrix, order: IntArray | None, definite: bool) -> PardisoFactor | MixedPrecisionFactor:
+    if not definite:
+        return PardisoFactor(upper, pardiso.INDEFINITE, order)
+    memory = physical_memory()
+    try:
+        return PardisoFactor(upper, pardiso.POSITIVE_DEFINITE, order, _SHARE_IN_DOUBLE * memory)
+    except FactorTooLargeError:
+        return MixedPrecisionFactor(upper, order, _LARGEST_SHARE * memory)
 
 
 def _name(has_order: bool) -> str:
@@ -125,7 +145,11 @@ def _upper_triangle(matrix: SparseMatrix) -> SparseMatrix:
 
 
 def _refuse_singular(
-    upper: SparseMatrix, diagonal: FloatArray, factor: PardisoFactor | SuperLUFactor, what: str, definite: bool
+    upper: SparseMatrix,
+    diagonal: FloatArray,
+    factor: PardisoFactor | MixedPrecisionFactor | SuperLUFactor,
+    what: str,
+    definite: bool,
 ) -> None:
     """Solve once for a known load: a singular matrix passes the factorization and gives garbage silently.
 

@@ -34,7 +34,7 @@ INDEFINITE: Final = -2
 _ANALYSE, _FACTOR, _SOLVE, _RELEASE = 11, 22, 33, -1
 # Places in PARDISO's table of settings, counted from 0.
 _OWN_VALUES, _ORDERING, _GIVEN_ORDER, _PERTURBATION = 0, 1, 4, 9
-_FACTOR_ENTRIES, _BUNCH_KAUFMAN, _N_NEGATIVE, _FROM_ZERO = 17, 20, 22, 34
+_FACTOR_ENTRIES, _BUNCH_KAUFMAN, _N_NEGATIVE, _SINGLE, _FROM_ZERO = 17, 20, 22, 27, 34
 _PARDISO_METIS = 2
 _MOST_ENTRIES_OF_32_BITS = 500_000_000  # in the factor; the manual asks for 64-bit indices beyond
 
@@ -62,29 +62,43 @@ class PardisoError(Exception):
         super().__init__(f"PARDISO ({code}): {_ERRORS.get(code, 'an unknown error')}")
 
 
+class FactorTooLargeError(PardisoError):
+    """The factor would take more than it may; `size` is its bytes."""
+
+    def __init__(self, size: float) -> None:
+        super().__init__(-2)
+        self.size = size
+
+
 class PardisoFactor:
     """A symmetric matrix factored by PARDISO; its memory is given back with the last reference to it.
 
     Parameters
     ----------
     upper
-        Upper triangle with the whole diagonal (n, n), indices sorted within each row. It must not be changed
-        afterwards.
+        Upper triangle with the whole diagonal (n, n), indices sorted within each row; factored and solved in the
+        precision of its values, double or single. It must not be changed afterwards.
     matrix_type
         POSITIVE_DEFINITE (Cholesky) or INDEFINITE (L D L^T with Bunch-Kaufman pivots).
     order
         Rows in the order in which to eliminate them (n,); None leaves it to METIS inside PARDISO.
+    largest
+        Bytes that the factor may take.
 
     Raises
     ------
+    FactorTooLargeError
+        If it would take more than that; nothing is factored then.
     PardisoError
         With a code in words.
     ReductionError
         If the factor does not fit into memory.
     """
 
-    def __init__(self, upper: SparseMatrix, matrix_type: int, order: IntArray | None) -> None:
-        self._size, self._type = upper.shape[0], matrix_type
+    def __init__(
+        self, upper: SparseMatrix, matrix_type: int, order: IntArray | None, largest: float = float("inf")
+    ) -> None:
+        self._size, self._type, self._real = upper.shape[0], matrix_type, upper.dtype
         self._matrix: list[NDArray[Any]] = []  # values, row pointers, columns, order
         wide = upper.nnz > np.iinfo(np.int32).max
         try:
@@ -96,6 +110,9 @@ class PardisoFactor:
                 raise
             self.release()
             self._start(upper, order, np.dtype(np.int64))
+        if self.n_bytes > largest:
+            self.release()
+            raise FactorTooLargeError(self.n_bytes)
         self._call(_FACTOR)
         if matrix_type == POSITIVE_DEFINITE:
             # Solves look at the factor alone unless pivots were perturbed (checked: the same bits from emptied arrays).
@@ -113,9 +130,14 @@ class PardisoFactor:
         """Number of entries in the factor."""
         return int(self._settings[_FACTOR_ENTRIES])
 
+    @property
+    def n_bytes(self) -> float:
+        """Bytes of the factor."""
+        return float(self.n_entries * self._real.itemsize)
+
     def solve(self, right_sides: FloatArray) -> FloatArray:
-        """Return A^-1 B, (n, k) in column order."""
-        loads = in_columns(np.asarray(right_sides, dtype=np.float64))
+        """Return A^-1 B, (n, k) in column order and in the factor's precision."""
+        loads = in_columns(np.asarray(right_sides, dtype=self._real))
         answer = np.empty_like(loads, order="F")
         self._call(_SOLVE, loads, answer)
         return answer
@@ -134,6 +156,7 @@ class PardisoFactor:
         settings[_OWN_VALUES] = settings[_FROM_ZERO] = 1
         settings[_ORDERING] = _PARDISO_METIS
         settings[_GIVEN_ORDER] = order is not None
+        settings[_SINGLE] = self._real == np.float32
         settings[_FACTOR_ENTRIES] = -1  # asks for the count
         if self._type == INDEFINITE:
             settings[_BUNCH_KAUFMAN] = 1
@@ -154,7 +177,7 @@ class PardisoFactor:
         if code == -2:
             raise ReductionError(
                 f"A matrix of {self._size} DoF does not fit into memory when factored "
-                f"({self.n_entries * 8e-9:.3g} GB for the factor alone). Use a machine with more memory, or a coarser "
+                f"({self.n_bytes * 1e-9:.3g} GB for the factor alone). Use a machine with more memory, or a coarser "
                 "mesh away from the interfaces."
             )
         if code:

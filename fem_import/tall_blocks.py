@@ -82,7 +82,7 @@ def in_columns(block: FloatArray) -> FloatArray:
 
 
 def _copied(block: FloatArray, order: Literal["C", "F"]) -> FloatArray:
-    copy = np.empty(block.shape, order=order)
+    copy = np.empty(block.shape, dtype=block.dtype, order=order)
 
     def some(start: int, end: int) -> None:
         for row in range(start, end, _ROWS_AT_ONCE):

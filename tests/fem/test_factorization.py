@@ -10,14 +10,14 @@ from scipy import sparse
 from scipy.linalg import eigh
 
 import fem_import as fi
-from fem_import import ordering, pardiso
+from fem_import import factorization, ordering, pardiso
 from fem_import.factorization import factorize
 from fem_import.sparse_blocks import RowParallel, absolute_product, principal_submatrix
 from fem_import.threads import one_blas_thread
 
 FLEXURE = flexure_block()
 ENDS = {"base": "LEFT", "tip": "RIGHT"}
-SOLVERS = ["pardiso", "superlu", "superlu without pymetis", "pardiso without pymetis"]
+SOLVERS = ["pardiso", "superlu", "superlu without pymetis", "pardiso without pymetis", "pardiso in single precision"]
 
 
 @pytest.fixture(scope="module")
@@ -32,6 +32,8 @@ def solver(request, monkeypatch):
         pytest.skip("the mkl wheel is not installed")
     if request.param.startswith("superlu"):
         monkeypatch.setattr(pardiso, "is_available", lambda: False)
+    if "single" in request.param:
+        monkeypatch.setattr(factorization, "_SHARE_IN_DOUBLE", 0.0)
     if "without" in request.param:
         monkeypatch.setattr(ordering, "pymetis", None)
     elif ordering.pymetis is None:
@@ -54,6 +56,7 @@ def test_solves_are_those_of_dense_algebra(solver):
         np.testing.assert_allclose(factor.solve(loads), expected, rtol=1e-8, atol=1e-10 * abs(expected).max())
         assert solver.split()[0] in factor.solver.casefold()
         assert ("METIS on nodes" in factor.solver) == (solver == "superlu")
+        assert ("in single precision" in factor.solver) == ("single" in solver)
 
 
 def test_the_reduction_is_the_same_with_every_solver(flexure, solver, held_eigenvalues):
@@ -109,6 +112,17 @@ def test_singular_and_indefinite_matrices_are_refused(solver, held_eigenvalues):
     if solver.startswith("pardiso"):
         with pytest.raises(fi.ReductionError, match="a pivot is zero or negative"):
             factorize(indefinite)
+
+
+@pytest.mark.skipif(not pardiso.is_available(), reason="the mkl wheel is not installed")
+def test_a_part_that_does_not_fit_is_refused_with_both_sizes(flexure, monkeypatch):
+    monkeypatch.setattr(factorization, "physical_memory", lambda: 1e5)
+    with pytest.raises(fi.ReductionError, match=r"even in single precision: 0\.00\d+ GB of 0\.0001 GB"):
+        fi.reduce(flexure, ENDS, 60e3)
+
+
+def test_the_memory_of_this_machine_is_known():
+    assert 2**28 < factorization.physical_memory() < 2**50
 
 
 @pytest.mark.skipif(not pardiso.is_available(), reason="the mkl wheel is not installed")
