@@ -180,6 +180,28 @@ def test_h1_h2_and_hv_differ_as_the_noise_says():
     np.testing.assert_allclose(np.angle(h2 / h1), 0, atol=1e-9)
 
 
+def test_hv_of_several_inputs_takes_out_noise_that_is_on_all_channels():
+    """Every channel has 10 % of its own power as noise: H1 is low by 1 / 1.1, Hv right, and so are its regions."""
+    clean = noise_record(n=400_000, inputs=2, output_noise=0.0)
+    rng = np.random.default_rng(9)
+    signals = [  # independent noise with the spectrum of the channel, so that its share is the same at every frequency
+        own + np.sqrt(0.1) * np.fft.irfft(np.fft.rfft(own) * np.exp(2j * np.pi * rng.random(len(own) // 2 + 1)))
+        for own in clean.signals
+    ]
+    record = ibs.TimeRecord(signals, clean.names, clean.units, FS)
+    estimates = {
+        kind: ibs.estimate_frf(record, ["u1", "u2"], "y1", "welch", window_length=256, estimator=kind)
+        for kind in ("H1", "Hv")
+    }
+    true = true_response(estimates["Hv"].frequencies, inputs=2)
+    for kind, expected in (("H1", 1 / 1.1), ("Hv", 1.0)):
+        ratios = abs(estimates[kind].response / true)
+        np.testing.assert_allclose(np.median(ratios, axis=-1)[0], expected, atol=1e-2)
+    inside = np.abs(estimates["Hv"].response - true) < estimates["Hv"].radius(0.99)
+    assert 0.97 < inside.mean()
+    assert (np.abs(estimates["Hv"].response - true) < estimates["Hv"].radius(0.5)).mean() < 0.6
+
+
 def test_h2_of_two_by_two_inverts_the_reverse_regression_and_covers():
     rng = np.random.default_rng(5)
     gain = np.array([[1.0, 0.3], [-0.2, 0.8]])
