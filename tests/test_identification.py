@@ -183,10 +183,10 @@ def test_h1_h2_and_hv_differ_as_the_noise_says():
 def test_hv_of_several_inputs_takes_out_noise_that_is_on_all_channels():
     """Every channel has 10 % of its own power as noise: H1 is low by 1 / 1.1, Hv right, and so are its regions."""
     clean = noise_record(n=400_000, inputs=2, output_noise=0.0)
-    rng = np.random.default_rng(9)
-    signals = [  # independent noise with the spectrum of the channel, so that its share is the same at every frequency
-        own + np.sqrt(0.1) * np.fft.irfft(np.fft.rfft(own) * np.exp(2j * np.pi * rng.random(len(own) // 2 + 1)))
-        for own in clean.signals
+    # Noise with the spectrum of its channel, so that its share is the same at every frequency.
+    others = [noise_record(seed=seed, n=400_000, inputs=2, output_noise=0.0) for seed in (11, 12, 13)]
+    signals = [
+        own + np.sqrt(0.1) * other.signals[k] for k, (own, other) in enumerate(zip(clean.signals, others, strict=True))
     ]
     record = ibs.TimeRecord(signals, clean.names, clean.units, FS)
     estimates = {
