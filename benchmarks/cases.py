@@ -60,9 +60,11 @@ class Stopwatch:
                 return function(*arguments, **keywords)  # counted where it was called from
             self._inside = True
             start = time.perf_counter()
-            result = function(*arguments, **keywords)
-            self._inside = False
-            self.seconds[label] = self.seconds.get(label, 0.0) + time.perf_counter() - start
+            try:
+                result = function(*arguments, **keywords)
+            finally:
+                self._inside = False
+                self.seconds[label] = self.seconds.get(label, 0.0) + time.perf_counter() - start
             if isinstance(result, np.ndarray) and result.ndim == 2:
                 self.columns[label] = self.columns.get(label, 0) + result.shape[1]
             return result
