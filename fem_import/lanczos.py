@@ -19,6 +19,7 @@ FloatArray: TypeAlias = NDArray[np.float64]
 _BLOCK = 12  # above the multiplicity of any eigenvalue of a real part; solves in blocks of 8 to 12 are the fastest
 _RESIDUAL = 1e-8  # of a Ritz vector; its eigenvalue is then right to the square of it
 _RANK = 1e-7  # of a column's own size; a Gram matrix in doubles sees no further
+_THIN = 1e-3  # of a column's own size: what is left of it then is orthogonal to 1e-13
 _CLEAN = 1e-2  # what one more projection may still take from a vector that counts as orthogonal
 _LARGEST_BASIS = 4000
 _COLUMNS_OF_A_CHUNK = 8 * _BLOCK
@@ -177,17 +178,22 @@ def _next_block(
     kept = values > _RANK**2
     block = combine(images, inverse_size[:, None] * vectors[:, kept] / np.sqrt(values[kept]))
     mass_block = mass @ block
-    for _ in range(2):  # a thin remainder was blown up, and its rounding with it
-        rest = basis.coefficients(mass_block)
-        if np.max(abs(rest), initial=0.0) > 1e-13:
-            basis.subtract(block, rest)
-            mass_block = mass @ block
+    is_thin = bool(np.any(values[kept] < _THIN**2))
+    for _ in range(2):
+        if is_thin:  # it was blown up, and its rounding with it
+            rest = basis.coefficients(mass_block)
+            if np.max(abs(rest), initial=0.0) > 1e-13:
+                basis.subtract(block, rest)
+                mass_block = mass @ block
         own = inner(block, mass_block)
+        error = np.max(abs(own - np.eye(len(own))), initial=0.0)
+        if error < 1e-13:
+            break
         values, vectors = np.linalg.eigh(0.5 * (own + own.T))
         kept = values > 0.25
         whitening = vectors[:, kept] / np.sqrt(values[kept])
         block, mass_block = combine(block, whitening), combine(mass_block, whitening)
-        if np.max(abs(own - np.eye(len(own))), initial=0.0) < 1e-6:
+        if error < 1e-6:
             break
     return block, mass_block, column, gram
 
