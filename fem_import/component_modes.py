@@ -291,7 +291,7 @@ def _reproducible_axes(modes: FloatArray, eigenvalues: FloatArray) -> FloatArray
             axes[start:end, start:end] = rotation
         start = end
     for index in range(len(eigenvalues)):
-        column = modes @ axes[:, index]
+        column = modes[:, index] if axes[index, index] == 1.0 else modes @ axes[:, index]
         leading = int(np.argmax(abs(column) >= 0.9 * abs(column).max()))
         if column[leading] < 0.0:
             axes[:, index] *= -1.0

@@ -16,6 +16,7 @@ from fem_import.export_report import MINIMUM_DIGITS, ExportReport
 from fem_import.keywords import known_keywords
 from fem_import.names import NamedItems
 from fem_import.rigid_motion import MassProperties, mass_properties, rigid_motion_of_dofs
+from fem_import.sparse_blocks import RowParallel, absolute_product
 from fem_import.threads import side_by_side
 from fem_import.units import unit_system
 
@@ -165,10 +166,10 @@ class FEModel:
         motion = self.rigid_body_motion(properties.centre_of_mass)
         arm = np.sqrt(np.mean(np.sum((self.positions - properties.centre_of_mass) ** 2, axis=1))) or 1.0
         motion = motion / np.array([1.0, 1.0, 1.0, arm, arm, arm])
-        forces = self.K @ motion
+        forces = RowParallel(self.K) @ motion
         # Row by row against what cancels in it: a soft leaf beside a stiff block is judged by its own
         # stiffness.
-        row_sums = abs(self.K) @ np.max(abs(motion), axis=1)
+        row_sums = absolute_product(self.K, np.max(abs(motion), axis=1))
         residual = np.max(abs(forces) / row_sums[:, None], axis=0)
         support = self._support(residual)
         return ExportReport(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from fem_import.fe_model import FEModel
 from fem_import.tall_blocks import inner
 
 FloatArray: TypeAlias = NDArray[np.float64]
+SparseMatrix: TypeAlias = "sparse.csr_array[Any, tuple[int, int]]"
 
 _ISOTROPY = 1e-9
 
@@ -47,15 +48,15 @@ def inertia_integrals(part: FEModel, basis: FloatArray, mass_times_basis: FloatA
     by_axis = order.reshape(-1, 3).T
     if np.any(nodes[by_axis[0]] != nodes[by_axis[2]]):
         return None
-    sorted_mass = part.M[order][:, order]
-    nodal = sparse.csr_array(sorted_mass[::3][:, ::3])
-    difference = abs(sorted_mass - sparse.kron(nodal, sparse.eye_array(3), format="csr"))
-    if difference.nnz and difference.max() > _ISOTROPY * abs(nodal).max():
+    in_order = np.array_equal(order, np.arange(len(order)))
+    nodal = _nodal_mass(part.M if in_order else sparse.csr_array(part.M[order][:, order]))
+    if nodal is None:
         return None
     x = part.positions[nodes[by_axis[0]]]
     mass_x = nodal @ x
-    fields = [basis[rows] for rows in by_axis]
-    mass_fields = [mass_times_basis[rows] for rows in by_axis]
+    rows_of: list[slice] | list[NDArray[np.intp]] = [slice(k, None, 3) for k in range(3)] if in_order else list(by_axis)
+    fields = [basis[rows] for rows in rows_of]
+    mass_fields = [mass_times_basis[rows] for rows in rows_of]
     return InertiaIntegrals(
         mass=float(nodal.sum()),
         first_moment=mass_x.sum(axis=0),
@@ -64,3 +65,21 @@ def inertia_integrals(part: FEModel, basis: FloatArray, mass_times_basis: FloatA
         rotation=np.array([[x[:, k] @ mass_fields[axis] for axis in range(3)] for k in range(3)]),
         flexible=np.array([[inner(fields[k], mass_fields[axis]) for axis in range(3)] for k in range(3)]),
     )
+
+
+def _nodal_mass(mass: SparseMatrix) -> SparseMatrix | None:
+    """Return m of M = m kron I, rows in the order x, y, z of each node; None where M is none."""
+    first, *others = (sparse.csr_array(mass[axis::3]) for axis in range(3))
+    columns, left = np.divmod(first.indices, 3)
+    # As a rule all three directions have the same pattern, and it takes no other matrix to see it.
+    if not left.any() and all(
+        np.array_equal(other.indptr, first.indptr) and np.array_equal(other.indices, first.indices + shift)
+        for shift, other in enumerate(others, start=1)
+    ):
+        nodal = sparse.csr_array((first.data, columns, first.indptr), shape=(len(first.indptr) - 1,) * 2)
+        difference = max((float(np.max(abs(other.data - first.data), initial=0.0)) for other in others), default=0.0)
+    else:
+        nodal = sparse.csr_array(first[:, ::3])
+        apart = abs(mass - sparse.kron(nodal, sparse.eye_array(3), format="csr"))
+        difference = float(apart.max()) if apart.nnz else 0.0
+    return None if difference > _ISOTROPY * float(np.max(abs(nodal.data), initial=0.0)) else nodal
