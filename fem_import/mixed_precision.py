@@ -73,10 +73,6 @@ class MixedPrecisionFactor:
             answer[:, some] = self._conjugate_gradients(right_sides[:, some])
         return answer
 
-    def release(self) -> None:
-        """Give the memory of the factor back."""
-        self._factor.release()
-
     def _conjugate_gradients(self, loads: FloatArray) -> FloatArray:
         answer = self._roughly(loads)
         energy = _dots(loads, answer)
@@ -85,7 +81,7 @@ class MixedPrecisionFactor:
         direction = correction.copy(order="C")
         error = _dots(residual, correction)
         for _ in range(_MOST_STEPS):
-            unfinished = error > _ERROR**2 * np.abs(energy)
+            unfinished = ~(error <= _ERROR**2 * np.abs(energy))  # what is not finite is not finished either
             if not np.any(unfinished):
                 return answer
             image = self._times(direction)
