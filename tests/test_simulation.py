@@ -531,6 +531,11 @@ def test_an_undamped_mode_on_an_excited_line_has_no_steady_state():
     np.testing.assert_allclose(record.signals[1], pushed.samples, rtol=1e-6, atol=1e-6)
 
 
+def test_complex_samples_are_refused():
+    with pytest.raises(ibs.ExcitationError, match="must be real numbers"):
+        chain().simulate({ibs.Force("b1", "x"): 1j * np.ones(9)}, SENSORS, sample_rate=RATE)
+
+
 def test_what_does_not_fit_is_refused_in_words():
     model = chain()
     sine = ibs.multisine([10.0], 1e-4, sample_rate=RATE)
