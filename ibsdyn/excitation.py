@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ibsdyn.axes import Array
 from ibsdyn.errors import ExcitationError, known_keywords
-from ibsdyn.validation import number
+from ibsdyn.validation import number, whole_seed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -212,6 +212,8 @@ def sampled(samples: ArrayLike, sample_rate: float, name: str) -> Excitation:
     ExcitationError : not real numbers, fewer than two, not finite.
     """
     try:
+        if np.iscomplexobj(samples):
+            raise TypeError
         values = np.array(samples, dtype=float)
     except (TypeError, ValueError):
         raise ExcitationError(f"{name}: the samples must be real numbers (n,), got {samples!r}.") from None
@@ -285,8 +287,13 @@ def random_noise(
     what = "random_noise"
     rate = positive(sample_rate, f"{what}: sample_rate", "Hz")
     count = sample_count(duration, rate, what)
-    hertz = np.asarray(frequencies, dtype=float)
-    density = np.broadcast_to(np.asarray(psd, dtype=float), hertz.shape)
+    hertz = _numbers(frequencies, f"{what}: frequencies", "Hz")
+    given = _numbers(psd, f"{what}: psd", "unit²/Hz")
+    if given.ndim and given.shape != hertz.shape:
+        raise ExcitationError(
+            f"{what}: psd has shape {given.shape}, frequencies {hertz.shape}; give one value each, or one for all."
+        )
+    density = np.broadcast_to(given, hertz.shape)
     if hertz.ndim != 1 or len(hertz) < 2 or not np.all(np.diff(hertz) > 0) or hertz[0] < 0:
         raise ExcitationError(f"{what}: frequencies must be two or more that rise [Hz], got {hertz.tolist()}.")
     if not np.isfinite(density).all() or (density < 0).any():
@@ -301,7 +308,7 @@ def random_noise(
             f"{what}: no line of a record of {count / rate:g} s (multiples of {rate / count:g} Hz) lies between "
             f"{hertz[0]:g} and {hertz[-1]:g} Hz with a PSD above zero; make the record longer."
         )
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(whole_seed(seed))
     # E|X_k|² = S_k f_s n / 2 of the one-sided density
     spread = np.sqrt(wanted * rate * count / 4)
     spectrum = spread * (rng.normal(size=len(lines)) + 1j * rng.normal(size=len(lines)))
@@ -341,18 +348,19 @@ def burst_random(
     The burst begins and ends within a twentieth of its length, with a cosine taper.
     """
     what = "burst_random"
-    if not 0.0 < burst < 1.0:
+    if not 0.0 < number(burst, f"{what}: burst", "") < 1.0:
         raise ExcitationError(f"{what}: burst must be a share between 0 and 1 of the frame, got {burst!r}.")
     if not isinstance(frames, int) or isinstance(frames, bool) or frames < 1:
         raise ExcitationError(f"{what}: frames must be a whole number from 1 on, got {frames!r}.")
     size = positive(rms, f"{what}: rms", "")
-    if not 0 <= minimum < maximum:
+    low, high = number(minimum, f"{what}: minimum", "Hz"), number(maximum, f"{what}: maximum", "Hz")
+    if not 0 <= low < high:
         raise ExcitationError(f"{what}: the band must rise from 0 or more, got {minimum!r} to {maximum!r} Hz.")
-    seeds = np.random.SeedSequence(seed).spawn(frames)
+    seeds = np.random.SeedSequence(whole_seed(seed)).spawn(frames)
     pieces = []
     for child in seeds:
         noise = random_noise(
-            (minimum, maximum), size**2 / (maximum - minimum), sample_rate, frame, seed=int(child.generate_state(1)[0])
+            (low, high), size**2 / (high - low), sample_rate, frame, seed=int(child.generate_state(1)[0])
         )
         driven = max(2, round(burst * noise.n_samples))
         gate = np.zeros(noise.n_samples)
@@ -360,6 +368,13 @@ def burst_random(
         pieces.append(gate * noise.samples)
     name = f"{frames} bursts {minimum:g} to {maximum:g} Hz"
     return Excitation(np.concatenate(pieces), float(sample_rate), 1, False, name, _circular=True)
+
+
+def _numbers(values: ArrayLike, what: str, unit: str) -> Array:
+    try:
+        return np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ExcitationError(f"{what} must be numbers [{unit}], got {values!r}.") from None
 
 
 def positive(value: object, what: str, unit: str) -> float:

@@ -70,6 +70,18 @@ def number(value: object, what: str, unit: str, *, minimum: float = -math.inf, a
     return result
 
 
+def whole_seed(value: object) -> int:
+    """Return the seed of random numbers.
+
+    Raises
+    ------
+    ModelError : no whole number, or a negative one.
+    """
+    if isinstance(value, bool) or not isinstance(value, numbers.Integral) or value < 0:
+        raise ModelError(f"seed must be a whole number from 0, got {value!r}.")
+    return int(value)
+
+
 def numbers_of(value: object, count: int, what: str, names: str) -> tuple[float, ...]:
     """Return ``count`` real numbers (NaN refused, infinities left to the caller).
 

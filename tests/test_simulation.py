@@ -262,6 +262,33 @@ def test_a_body_on_a_hinge_swings_over_a_radian_as_the_pendulum_equation_says(ax
     np.testing.assert_allclose(after, after[0], rtol=1e-4)  # conserved once nothing pushes any more
 
 
+def test_ratios_that_brake_a_large_rotation_are_told():
+    """A ratio's dampers do not turn along: on stiff springs the swing would be braked, on locks it is not."""
+    swinging = {ibs.Torque("bob", "ry"): [swing(i / RATE) for i in range(900)]}
+    sensor = ibs.Sensor("bob", "ry", quantity="displacement")
+
+    def warned(stiff, rotations, **damper):
+        model, _, gravity, _ = pendulum("ry", stiff, rotations)
+        hinge = model.connections["hinge"]
+        model.remove("hinge")
+        model.connection("hinge", "ground", "bob", position1=(0, 0, 0), stiffness=hinge.stiffness, **damper)
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            record = model.simulate(swinging, sensor, sample_rate=RATE, gravity=gravity, steps_per_sample=5)
+        return [str(w.message) for w in caught if w.category is ibs.SimulationWarning], record.signals[1]
+
+    told, braked = warned(1e6, 1e4, zeta=0.01)
+    assert len(told) == 1
+    assert "'bob' turns by 1" in told[0]
+    assert "damping=" in told[0]
+    free = warned(1e6, 1e4)
+    explicit = warned(1e6, 1e4, damping=(28.0,) * 3 + (0.0,) * 3)
+    locked = warned(np.inf, np.inf, zeta=0.01)
+    assert free[0] == explicit[0] == locked[0] == []
+    assert braked.min() > 0.75 * free[1].min()  # what the warning is about
+    np.testing.assert_allclose(explicit[1], free[1], atol=2e-3)
+
+
 def test_a_soft_suspension_in_a_large_rotation():
     """A bob on springs in its hinge: three equations by hand, spring force along global axes at the hinge point."""
     stiff = 2e4
@@ -502,6 +529,11 @@ def test_an_undamped_mode_on_an_excited_line_has_no_steady_state():
         loose.simulate({source: pushed}, ibs.Sensor("box", "x"))
     record = loose.simulate({source: pushed}, ibs.Sensor("box", "x"), start="rest")
     np.testing.assert_allclose(record.signals[1], pushed.samples, rtol=1e-6, atol=1e-6)
+
+
+def test_complex_samples_are_refused():
+    with pytest.raises(ibs.ExcitationError, match="must be real numbers"):
+        chain().simulate({ibs.Force("b1", "x"): 1j * np.ones(9)}, SENSORS, sample_rate=RATE)
 
 
 def test_what_does_not_fit_is_refused_in_words():

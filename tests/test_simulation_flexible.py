@@ -165,6 +165,13 @@ def test_a_floating_frame_turns_far(watched):
         assert np.abs(circle).max() > 1e-3
         assert_close_channels(record.signals[1 + 2 * k : 3 + 2 * k], circle, 5e-3)
     np.testing.assert_allclose(record.signals[-1], angle, atol=2e-3)
+    with pytest.warns(ibs.SimulationWarning, match=r"'flexure' turns by 0\.9 rad, in flexible='small-deflection'"):
+        model.simulate(
+            {ibs.BaseMotion("platform", "rz", "displacement"): angle},
+            sensors,
+            sample_rate=RATE,
+            flexible="small-deflection",
+        )
 
 
 def test_a_part_that_is_held_inside_its_own_matrices_cannot_float(reduced):

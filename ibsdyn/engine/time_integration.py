@@ -101,7 +101,7 @@ class TimeIntegration:
         n_samples: int,
         tolerance: float,
         report: Callable[[int], None],
-    ) -> dict[str, Array]:
+    ) -> tuple[dict[str, Array], dict[str, Array]]:
         """Integrate, from the static equilibrium under gravity displaced by a start state.
 
         Parameters
@@ -113,10 +113,12 @@ class TimeIntegration:
 
         Returns
         -------
-        By recorded item (orders, n_samples, n): its coordinates and as many time derivatives as asked for. Six (x, y, z
-        and the angles of R = Rx Ry Rz) of what is rigid; of a flexible body in small deflection those of its reduced
-        matrices; in a floating frame position and Euler parameters of the frame and deformations, all minus their
-        values in the undeformed state.
+        First, by recorded item (orders, n_samples, n): its coordinates and as many time derivatives as asked for. Six
+        (x, y, z and the angles of R = Rx Ry Rz) of what is rigid; of a flexible body in small deflection those of its
+        reduced matrices; in a floating frame position and Euler parameters of the frame and deformations, all minus
+        their values in the undeformed state.
+        Second, by item (3,): how far it turned from its undeformed state about x, y and z at most, as far as was looked
+        [rad]. Of a flexible body the interface or the frame that turned most.
 
         Raises
         ------
@@ -129,7 +131,7 @@ class TimeIntegration:
             run = _Run(self)
             run.set_start(start)
             run.integrate(step, steps_per_sample, n_samples, tolerance, report)
-            return {name: run.coordinates(name, n_samples) for name in self.recorded}
+            return {name: run.coordinates(name, n_samples) for name in self.recorded}, run.turned()
 
 
 class _Run:
@@ -158,6 +160,10 @@ class _Run:
             for node in self._nodes_of(name):
                 self._add_sensors(node, order)
         self.mbs.Assemble()
+        turning = [] if self.assembly.axis is not None else self.system.rotation_rows()
+        self.turning = [name for name, _ in turning]
+        self.turning_rows = np.array([rows for _, rows in turning], dtype=int).reshape(-1, 3)
+        self.largest_turns = np.zeros((len(turning), 3))
 
     def _point(self, signal: Force | Torque | Stroke) -> Array:
         if isinstance(signal, Force) and signal.position is not None:
@@ -400,7 +406,7 @@ class _Run:
                 f"Exudyn changed the step: it is at {time:.9g} s where step {made} ends at {made * step:.9g} s; please "
                 "report the model."
             )
-        coordinates = self.mbs.systemData.GetODE2Coordinates()
+        coordinates = np.asarray(self.mbs.systemData.GetODE2Coordinates())
         largest = np.abs(coordinates).max(initial=0.0)
         if not largest < BLOW_UP:
             raise SimulationError(
@@ -408,6 +414,16 @@ class _Run:
                 "excitation that is far too large, a body that nothing holds, a step that is too long for the "
                 "stiffness; try a smaller amplitude or more steps_per_sample."
             )
+        np.maximum(self.largest_turns, np.abs(coordinates[self.turning_rows]), out=self.largest_turns)
+
+    def turned(self) -> dict[str, Array]:
+        """Return how far items turned; see ``TimeIntegration.run``."""
+        furthest: dict[str, Array] = {}
+        for name, turns in zip(self.turning, self.largest_turns, strict=True):
+            # Euler parameters are half the angles.
+            angles = 2.0 * turns if name in self.system.floating_nodes else turns
+            furthest[name] = np.maximum(furthest.get(name, 0.0), angles)
+        return furthest
 
     # -- what comes out
 

@@ -310,6 +310,20 @@ class Translation:
         """Return where the four Euler parameters of each floating frame are among Exudyn's coordinates."""
         return [self._rows(rigid)[3:] for rigid, _ in self.floating_nodes.values()]
 
+    def rotation_rows(self) -> list[tuple[str, list[int]]]:
+        """Return by rotating node its item and the three rows of its rotation among Exudyn's coordinates.
+
+        Those of the angles, or of a floating frame's Euler parameters but the scalar one.
+        """
+        found = []
+        for name in self.assembly.items:
+            if name in self.floating_nodes:
+                found.append((name, self._rows(self.floating_nodes[name][0])[4:]))
+                continue
+            modes = self.nodes[name] if name in self.body_nodes and name in self.nodes else None
+            found += [(name, self._rows(node)[3:]) for node in self.item_nodes(name) if node != modes]
+        return found
+
     def _rows(self, node: int) -> list[int]:
         return list(self.mbs.systemData.GetNodeLTGODE2(node))
 
