@@ -206,6 +206,9 @@ def test_other_rates_are_exact_for_what_is_periodic():
         (lambda: ibs.random_noise((10, 5), 1.0, sample_rate=RATE, duration=1.0), "rise"),
         (lambda: ibs.random_noise((10, 50), -1.0, sample_rate=RATE, duration=1.0), "not negative"),
         (lambda: ibs.random_noise((10.1, 10.2), 1.0, sample_rate=RATE, duration=1.0), "longer"),
+        (lambda: ibs.random_noise((10, 50), [1.0], sample_rate=RATE, duration=1.0), r"shape \(1,\) for 2 frequencies"),
+        (lambda: ibs.random_noise((10, 50), [1, 2, 3], sample_rate=RATE, duration=1.0), r"shape \(3,\)"),
+        (lambda: ibs.random_noise(["low", "high"], 1.0, sample_rate=RATE, duration=1.0), "real numbers, got"),
         (lambda: ibs.swept_sine(5, 40, 1.0, sample_rate=RATE, duration=1.0, scale="log"), "not known"),
         (lambda: ibs.swept_sine(5, 40, 1.0, sample_rate=RATE, duration=1.00037), "whole number"),
         (lambda: ibs.burst_random(5, 40, 1.0, sample_rate=RATE, frame=1.0, burst=1.5), "between 0 and 1"),
@@ -214,6 +217,22 @@ def test_other_rates_are_exact_for_what_is_periodic():
 def test_what_cannot_be_is_refused_in_words(call, words):
     with pytest.raises(ibs.ExcitationError, match=words):
         call()
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda seed: ibs.random_noise((10, 50), 1.0, sample_rate=RATE, duration=1.0, seed=seed), "seed"),
+        (lambda seed: ibs.burst_random(10, 50, 1.0, sample_rate=RATE, frame=1.0, seed=seed), "seed"),
+        (lambda seed: ibs.multisine([1.0, 2.0], 1.0, sample_rate=RATE, seed=seed), "seed"),
+        (lambda seed: ibs.burst_random(seed, 50, 1.0, sample_rate=RATE, frame=1.0), "minimum must"),
+        (lambda seed: ibs.burst_random(5, 50, 1.0, sample_rate=RATE, frame=1.0, burst=seed), "burst must"),
+    ],
+)
+@pytest.mark.parametrize("value", ["one", -1, None])
+def test_values_that_are_no_numbers_are_refused_in_words(call, words, value):
+    with pytest.raises(ibs.ModelError, match=words):
+        call(value)
 
 
 def test_excitations_are_frozen_and_drawn():
