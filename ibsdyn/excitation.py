@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ibsdyn.axes import Array
 from ibsdyn.errors import ExcitationError, known_keywords
-from ibsdyn.validation import number, whole_seed
+from ibsdyn.validation import checked_seed, number
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -287,17 +287,17 @@ def random_noise(
     what = "random_noise"
     rate = positive(sample_rate, f"{what}: sample_rate", "Hz")
     count = sample_count(duration, rate, what)
-    hertz = _numbers(frequencies, f"{what}: frequencies", "Hz")
-    given = _numbers(psd, f"{what}: psd", "unit²/Hz")
-    if given.ndim and given.shape != hertz.shape:
-        raise ExcitationError(
-            f"{what}: psd has shape {given.shape}, frequencies {hertz.shape}; give one value each, or one for all."
-        )
-    density = np.broadcast_to(given, hertz.shape)
+    hertz, density = _real(frequencies, f"{what}: frequencies [Hz]"), _real(psd, f"{what}: psd [unit²/Hz]")
     if hertz.ndim != 1 or len(hertz) < 2 or not np.all(np.diff(hertz) > 0) or hertz[0] < 0:
         raise ExcitationError(f"{what}: frequencies must be two or more that rise [Hz], got {hertz.tolist()}.")
+    if density.ndim and density.shape != hertz.shape:
+        raise ExcitationError(
+            f"{what}: psd must be one number or one a frequency, got shape {density.shape} for {len(hertz)} "
+            "frequencies."
+        )
     if not np.isfinite(density).all() or (density < 0).any():
         raise ExcitationError(f"{what}: psd must be finite and not negative [unit²/Hz], got {density.tolist()}.")
+    density = np.broadcast_to(density, hertz.shape)
     below_nyquist(float(hertz[-1]), rate, what)
     lines = np.arange(count // 2 + 1) * rate / count
     wanted = np.where(lines > 0, np.interp(lines, hertz, density, left=0.0, right=0.0), 0.0)
@@ -308,7 +308,7 @@ def random_noise(
             f"{what}: no line of a record of {count / rate:g} s (multiples of {rate / count:g} Hz) lies between "
             f"{hertz[0]:g} and {hertz[-1]:g} Hz with a PSD above zero; make the record longer."
         )
-    rng = np.random.default_rng(whole_seed(seed))
+    rng = np.random.default_rng(checked_seed(seed))
     # E|X_k|² = S_k f_s n / 2 of the one-sided density
     spread = np.sqrt(wanted * rate * count / 4)
     spectrum = spread * (rng.normal(size=len(lines)) + 1j * rng.normal(size=len(lines)))
@@ -348,33 +348,35 @@ def burst_random(
     The burst begins and ends within a twentieth of its length, with a cosine taper.
     """
     what = "burst_random"
-    if not 0.0 < number(burst, f"{what}: burst", "") < 1.0:
+    share = positive(burst, f"{what}: burst", "")
+    if share >= 1.0:
         raise ExcitationError(f"{what}: burst must be a share between 0 and 1 of the frame, got {burst!r}.")
     if not isinstance(frames, int) or isinstance(frames, bool) or frames < 1:
         raise ExcitationError(f"{what}: frames must be a whole number from 1 on, got {frames!r}.")
     size = positive(rms, f"{what}: rms", "")
-    low, high = number(minimum, f"{what}: minimum", "Hz"), number(maximum, f"{what}: maximum", "Hz")
-    if not 0 <= low < high:
+    low, high = number(minimum, f"{what}: minimum", "Hz", minimum=0.0), positive(maximum, f"{what}: maximum", "Hz")
+    if low >= high:
         raise ExcitationError(f"{what}: the band must rise from 0 or more, got {minimum!r} to {maximum!r} Hz.")
-    seeds = np.random.SeedSequence(whole_seed(seed)).spawn(frames)
+    seeds = np.random.SeedSequence(checked_seed(seed)).spawn(frames)
     pieces = []
     for child in seeds:
         noise = random_noise(
             (low, high), size**2 / (high - low), sample_rate, frame, seed=int(child.generate_state(1)[0])
         )
-        driven = max(2, round(burst * noise.n_samples))
+        driven = max(2, round(share * noise.n_samples))
         gate = np.zeros(noise.n_samples)
         gate[:driven] = scipy.signal.windows.tukey(driven, 0.1)
         pieces.append(gate * noise.samples)
-    name = f"{frames} bursts {minimum:g} to {maximum:g} Hz"
+    name = f"{frames} bursts {low:g} to {high:g} Hz"
     return Excitation(np.concatenate(pieces), float(sample_rate), 1, False, name, _circular=True)
 
 
-def _numbers(values: ArrayLike, what: str, unit: str) -> Array:
+def _real(values: ArrayLike, what: str) -> Array:
+    """Return real numbers as an array; ExcitationError otherwise."""
     try:
-        return np.asarray(values, dtype=np.float64)
+        return np.asarray(values, dtype=float)
     except (TypeError, ValueError):
-        raise ExcitationError(f"{what} must be numbers [{unit}], got {values!r}.") from None
+        raise ExcitationError(f"{what} must be real numbers, got {values!r}.") from None
 
 
 def positive(value: object, what: str, unit: str) -> float:

@@ -25,7 +25,7 @@ from ibsdyn.records.channel_table import Channels
 from ibsdyn.records.read import read_record
 from ibsdyn.signals import BaseMotion
 from ibsdyn.time_record import TimeRecord
-from ibsdyn.validation import number, whole_seed
+from ibsdyn.validation import checked_seed, number
 
 # Components of a motion below this share of the largest are rounding of the rotation matrix.
 _ROUNDING = 1e-12
@@ -197,7 +197,7 @@ class Campaign:
                 raise ModelError(f"Campaign.simulate: excitations must be as from ibs.multisine, got {excitation!r}.")
             self._warn_of_stroke(excitation)
         self._check(model)
-        drawn = whole_seed(seed)
+        drawn = checked_seed(seed)
         records = []
         for repeat, excitation in enumerate(listed):
             for place, run in enumerate(self.runs):

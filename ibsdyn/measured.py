@@ -104,6 +104,12 @@ class MeasuredResponse:
     Raises
     ------
     ModelError : signals that do not fit the response, no uncertainty, no line in the band.
+
+    Attributes
+    ----------
+    lines : (n_lines,) places of the frequencies that count.
+    degrees_of_freedom : (n_lines,) complex ones from which an estimate knows its variance; None for a given ``sigma``,
+        which is taken as exact.
     """
 
     response: FrequencyResponse
@@ -111,6 +117,7 @@ class MeasuredResponse:
     outputs: tuple[Sensor, ...]
     sigma: Array
     lines: NDArray[np.intp]
+    degrees_of_freedom: Array | None
 
     @known_keywords
     def __init__(
@@ -135,10 +142,11 @@ class MeasuredResponse:
                     raise ModelError(
                         f"{what}: {name!r} is measured in {unit}, but {signal.name!r} of the model is in {signal.unit}."
                     )
+        freedom: Array | None = None
         if sigma is None:
             if not isinstance(response, FrfEstimate):
                 raise ModelError(f"{what}: the response does not know its uncertainty; give sigma=.")
-            deviation = np.sqrt(response.variance)
+            deviation, freedom = np.sqrt(response.variance), response.degrees_of_freedom
         else:
             deviation = np.broadcast_to(np.asarray(sigma, dtype=float), response.response.shape)
         lower, upper = (0.0, np.inf) if band is None else (float(f) for f in band)
@@ -148,7 +156,14 @@ class MeasuredResponse:
         counted = deviation[:, :, lines]
         if not (np.isfinite(counted) & (counted > 0)).all():
             raise ModelError(f"{what}: sigma must be finite and above 0 at every line that counts.")
-        fields = {"response": response, "inputs": sources, "outputs": sensors, "sigma": deviation, "lines": lines}
+        fields = {
+            "response": response,
+            "inputs": sources,
+            "outputs": sensors,
+            "sigma": deviation,
+            "lines": lines,
+            "degrees_of_freedom": None if freedom is None else freedom[lines],
+        }
         for field, value in fields.items():
             object.__setattr__(self, field, value)  # frozen: this is its constructor
 

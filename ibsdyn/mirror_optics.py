@@ -99,8 +99,9 @@ class BeamPath:
         source: str | None = None,
         detector: str | None = None,
     ) -> None:
-        listed = [mirrors] if isinstance(mirrors, FlatMirror) else list(mirrors)
-        if not listed or not all(isinstance(mirror, FlatMirror) for mirror in listed):
+        given = mirrors if isinstance(mirrors, (list, tuple)) else [mirrors]
+        listed = [mirror for mirror in given if isinstance(mirror, FlatMirror)]
+        if not listed or len(listed) < len(given):
             raise ModelError(f"beam path: mirrors must be ibs.FlatMirror, one at least, got {mirrors!r}.")
         at, d = np.array(point(origin, "beam path: origin")), np.array(_unit(direction, "beam path: direction"))
         reach = number(length, "beam path: length", "m", minimum=0.0)
@@ -249,8 +250,9 @@ def _across(d: Array, up: Sequence[float] | None) -> Array:
 
 def _unit(value: Sequence[float], what: str) -> Point:
     vector = np.array(point(value, what))
-    size = float(np.linalg.norm(vector))
-    if size == 0.0:
-        raise ModelError(f"{what} must not be zero, got {tuple(vector)}.")
-    x, y, z = (float(c) for c in vector / size)
+    largest = float(np.abs(vector).max())
+    if largest == 0.0:
+        raise ModelError(f"{what} must not be zero, got {tuple(vector.tolist())}.")
+    vector /= largest  # its square may be beyond what a float can hold
+    x, y, z = (float(c) for c in vector / np.linalg.norm(vector))
     return x, y, z

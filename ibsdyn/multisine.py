@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from ibsdyn.axes import Array
 from ibsdyn.errors import ExcitationError, known_keywords, nearest
 from ibsdyn.excitation import Excitation, below_nyquist, positive
-from ibsdyn.validation import number, whole_seed
+from ibsdyn.validation import checked_seed, number
 
 PHASES = ("random", "schroeder", "low-crest")
 MATRICES = ("dft", "hadamard")
@@ -138,7 +138,7 @@ def band_lines(
         numbers = numbers[numbers % 2 == 1]
     if detection is not None:
         group = _whole(detection, f"{what}: detection", 2)
-        rng = np.random.default_rng(whole_seed(seed))
+        rng = np.random.default_rng(checked_seed(seed))
         starts = np.arange(0, len(numbers), group)
         # The last group may be short: a place beyond its end drops none.
         dropped = starts + rng.integers(group, size=len(starts))
@@ -327,7 +327,7 @@ def _phases(phases: str | ArrayLike, lines: Array, sizes: Array, seed: int, what
         if phases not in PHASES:
             raise ExcitationError(f"{what}: phases={phases!r} are not known. {nearest(phases, PHASES)}")
         if phases != "schroeder":
-            return _random_phases(len(lines), np.random.default_rng(whole_seed(seed)))
+            return _random_phases(len(lines), np.random.default_rng(checked_seed(seed)))
         spacing = np.diff(lines)
         even = len(lines) < 3 or np.ptp(spacing) <= 1e-6 * spacing.max()
         if not even or np.ptp(sizes) > 1e-6 * sizes.max():

@@ -18,7 +18,7 @@ from ibsdyn.axes import Array
 from ibsdyn.errors import AnalysisError, ModelError, known_keywords, nearest
 from ibsdyn.resonance_grid import checked_band
 from ibsdyn.time_record import TimeRecord
-from ibsdyn.validation import number
+from ibsdyn.validation import in_words, number
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -294,15 +294,15 @@ class PSD:
         ------
         ModelError : units that are no derivatives of each other.
         """
-        wanted = _SPELLINGS.get(unit, unit)
+        wanted = _SPELLINGS.get(unit, unit) if isinstance(unit, str) else None
         if wanted == self.unit:
             return self
-        for family in _DERIVATIVES:
-            if self.unit in family and wanted in family:
-                times = family.index(wanted) - family.index(self.unit)
-                values = self.values * (2 * np.pi * self.frequencies) ** (2 * times)
-                return PSD(self.frequencies, values, wanted, self.title)
-        raise ModelError(f"{self.title}: a PSD of {self.unit} does not tell one of {unit!r}.")
+        known = next((family for family in _DERIVATIVES if self.unit in family), (self.unit,))
+        if wanted in known:
+            times = known.index(wanted) - known.index(self.unit)
+            values = self.values * (2 * np.pi * self.frequencies) ** (2 * times)
+            return PSD(self.frequencies, values, wanted, self.title)
+        raise ModelError(f"{self.title}: a PSD of {self.unit} tells none of {unit!r}, only of {in_words(known)}.")
 
     def plot(self, axes: Axes | None = None, label: str | None = None) -> Axes:
         """Draw the PSD on log-log axes.

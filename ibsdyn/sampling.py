@@ -14,7 +14,7 @@ import scipy.stats
 from ibsdyn.axes import Array
 from ibsdyn.errors import ModelError, UnknownNameError, known_keywords
 from ibsdyn.parameters import nearest_address
-from ibsdyn.validation import number, whole_seed
+from ibsdyn.validation import checked_seed, number
 
 if TYPE_CHECKING:
     from ibsdyn.model import Model
@@ -131,7 +131,7 @@ def monte_carlo(model: Model, tolerances: Tolerance | Sequence[Tolerance], count
     ModelError : a parameter twice, one that is locked (inf), or a relative tolerance of 0.
     """
     listed, size = _checked_tolerances(model, tolerances), _count(count, "monte_carlo: count")
-    shares = np.random.default_rng(whole_seed(seed)).random((size, len(listed)))
+    shares = np.random.default_rng(checked_seed(seed)).random((size, len(listed)))
     # 0 itself, which no continuous variable meets, would be minus infinity of a normal distribution.
     return _drawn(model, listed, np.maximum(shares, np.finfo(float).tiny), "monte carlo", seed)
 
@@ -157,7 +157,7 @@ def latin_hypercube(model: Model, tolerances: Tolerance | Sequence[Tolerance], c
     M. D. McKay, R. J. Beckman, W. J. Conover, Technometrics 21 (1979) 239-245; ``scipy.stats.qmc.LatinHypercube``.
     """
     listed, size = _checked_tolerances(model, tolerances), _count(count, "latin_hypercube: count")
-    sampler = scipy.stats.qmc.LatinHypercube(len(listed), rng=np.random.default_rng(whole_seed(seed)))
+    sampler = scipy.stats.qmc.LatinHypercube(len(listed), rng=np.random.default_rng(checked_seed(seed)))
     shares = np.clip(sampler.random(size), np.finfo(float).tiny, np.nextafter(1.0, 0.0))
     return _drawn(model, listed, shares, "latin hypercube", seed)
 

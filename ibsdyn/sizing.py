@@ -181,6 +181,9 @@ def distribute_stiffness(
     carried = {
         name: number(inertia, f"{what}: inertia of {name!r}", "kg m²", above=0.0) for name, inertia in inertias.items()
     }
+    for name in carried:
+        if not isinstance(name, str):
+            raise ModelError(f"{what}: a sub-module is called by a text, got {name!r}.")
     allowed_ratio = _acceleration_per_deflection(acceleration, deflection, beam_deflection, what)
     parts = _checked_shares(carried, shares, what)
     outside = np.cumsum(list(carried.values())[::-1])[::-1]
@@ -202,9 +205,11 @@ def distribute_stiffness(
 def _checked_shares(carried: Mapping[str, float], shares: Mapping[str, float] | None, what: str) -> dict[str, float]:
     if shares is None:
         return dict.fromkeys(carried, 1.0 / len(carried))
+    if not isinstance(shares, Mapping):
+        raise ModelError(f"{what}: shares must be a dict {{sub-module: share of the deflection}}, got {shares!r}.")
     for name in shares:
         if name not in carried:
-            raise UnknownNameError(f"{what}: shares name {name!r}, which has no inertia. {nearest(name, carried)}")
+            raise UnknownNameError(f"{what}: shares name {name!r}, which has no inertia. {nearest(str(name), carried)}")
     for name in carried:
         if name not in shares:
             raise ModelError(f"{what}: shares miss {name!r}; every connection gives way a little.")

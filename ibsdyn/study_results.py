@@ -50,7 +50,7 @@ class Odds:
     ----------
     requirement : its name.
     met, calculated : how many of how many; variants that failed are not among them.
-    share : met over calculated: the estimated probability.
+    share : met over calculated: the estimated probability; nan where none was calculated.
     lower, upper : confidence interval of that probability.
     confidence : of the interval.
     """
@@ -65,6 +65,8 @@ class Odds:
 
     def __str__(self) -> str:
         """Return one line: share and interval."""
+        if not self.calculated:
+            return f"{self.requirement}: no variant was calculated"
         return (
             f"{self.requirement}: met by {100 * self.share:.4g} % ({self.met} of {self.calculated}), "
             f"{100 * self.confidence:g} % confidence {100 * self.lower:.4g} to {100 * self.upper:.4g} %"
@@ -136,7 +138,7 @@ class StudyResults:
 
         Raises
         ------
-        AnalysisError : variants that are no random ones, whose shares are no probabilities; no variant calculated.
+        AnalysisError : variants that are no random ones, whose shares are no probabilities.
 
         Notes
         -----
@@ -152,17 +154,21 @@ class StudyResults:
             raise AnalysisError(f"confidence must lie between 0 and 1, got {confidence!r}.")
         found = []
         for requirement in self.study.requirements:
-            values = self._calculated(self._column_of(requirement))
+            values = self.values[:, self._column_of(requirement)]
+            values = values[np.isfinite(values)]
             met = int(np.sum(values <= requirement.limit if requirement.sense == "<=" else values >= requirement.limit))
-            interval = scipy.stats.binomtest(met, len(values)).proportion_ci(confidence, method="exact")
+            low, high = 0.0, 1.0  # all that is known without any
+            if len(values):
+                interval = scipy.stats.binomtest(met, len(values)).proportion_ci(confidence, method="exact")
+                low, high = float(interval.low), float(interval.high)
             found.append(
                 Odds(
                     requirement=requirement.name,
                     met=met,
                     calculated=len(values),
-                    share=met / len(values),
-                    lower=float(interval.low),
-                    upper=float(interval.high),
+                    share=met / len(values) if len(values) else float("nan"),
+                    lower=low,
+                    upper=high,
                     confidence=confidence,
                 )
             )

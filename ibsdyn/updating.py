@@ -12,6 +12,7 @@ import scipy.stats
 
 from ibsdyn.axes import Array
 from ibsdyn.errors import AnalysisError, ModelError, UnknownNameError, known_keywords, nearest, warn_user
+from ibsdyn.few_averages import equivalent_chi_squared, scatter_of_residuals
 from ibsdyn.linear_system import LinearSystem
 from ibsdyn.measured import Measured, MeasuredFrequencies, MeasuredResponse, checked_measured
 from ibsdyn.mode_matching import ModeTracker
@@ -49,6 +50,8 @@ class Fit:
     initial, values : (p,) before and after [SI].
     covariance : (p, p) of the values, from the uncertainties of what was measured.
     chi_squared : sum of the squares of weighted residuals.
+    equivalent_chi_squared : the one that would be as improbable with exact uncertainties: smaller where responses know
+        theirs from few averages only, which scatter more.
     degrees_of_freedom : data less parameters.
     residuals : weighted: differences over standard uncertainties, those of frequencies before ratios, real parts of
         responses before imaginary ones.
@@ -63,6 +66,7 @@ class Fit:
     values: Array
     covariance: Array
     chi_squared: float
+    equivalent_chi_squared: float
     degrees_of_freedom: int
     residuals: Array
     undetermined: tuple[str, ...]
@@ -74,7 +78,7 @@ class Fit:
 
     @property
     def uncertainties(self) -> Array:
-        """(p,) standard uncertainties of the values; inf where data say nothing at all."""
+        """(p,) standard uncertainties of the values; inf where data tell none."""
         return np.sqrt(np.diag(self.covariance))
 
     @property
@@ -98,7 +102,7 @@ class Fit:
         """How probable a misfit of this size or a larger one is, if the model is right; nan without spare data."""
         if self.degrees_of_freedom <= 0:
             return float("nan")
-        return float(scipy.stats.chi2.sf(self.chi_squared, self.degrees_of_freedom))
+        return float(scipy.stats.chi2.sf(self.equivalent_chi_squared, self.degrees_of_freedom))
 
     def __str__(self) -> str:
         """Return a table: before, after, uncertainty; how well the model fits."""
@@ -108,9 +112,11 @@ class Fit:
             shown = "" if unit == "-" else f" {unit}"
             lines.append(f"  {address:30} {before:11.5g} -> {after:11.6g} ± {spread:.2g}{shown}")
         if self.degrees_of_freedom > 0:
+            estimated = not np.isclose(self.equivalent_chi_squared, self.chi_squared)
             lines.append(
                 f"  chi² / degrees of freedom = {self.chi_squared:.4g} / {self.degrees_of_freedom} = "
-                f"{self.chi_squared / self.degrees_of_freedom:.3g} (probability {self.probability:.2g})"
+                f"{self.chi_squared / self.degrees_of_freedom:.3g} (probability {self.probability:.2g}"
+                f"{', with uncertainties from few averages' if estimated else ''})"
             )
         else:
             lines.append("  as many data as parameters: none is left to tell whether the model can be right")
@@ -163,13 +169,15 @@ def fit(
     Warns
     -----
     ModelWarning : data that do not determine a parameter or a combination of them; a misfit that scatter does not
-        explain; a value at its bound.
+        explain; a value at its bound; responses from too few averages to tell an uncertainty.
 
     Notes
     -----
     Least squares of residuals over standard uncertainties (``scipy.optimize.least_squares``) with the exact
     sensitivities as Jacobian J and every parameter scaled by its first value; real and imaginary parts of a response
     have half of its variance each. Covariance (J^T J)^-1: valid if the uncertainties are and the model can be right.
+    Where responses know their variance from nu complex degrees of freedom, their share of it is nu / (nu - 2) times as
+    large, and the misfit is judged by the F-distribution (Schoukens, Pintelon et al., Automatica 33 (1997) 1073-1086).
     Modes are followed by their shapes as parameters change.
     """
     listed = checked_measured(measured)
@@ -200,7 +208,8 @@ def fit(
             f"the fit has not converged after {found.nfev} evaluations of the model; begin nearer to the solution, or "
             "fit fewer parameters."
         )
-    covariance, undetermined = _covariance(problem.jacobian(found.x), chosen)
+    scatter = scatter_of_residuals(listed)
+    covariance, undetermined = _covariance(problem.jacobian(found.x), scatter, chosen)
     values = initial + scale * found.x
     result = Fit(
         model=problem.model_at(found.x),
@@ -210,13 +219,14 @@ def fit(
         values=values,
         covariance=covariance * np.outer(scale, scale),
         chi_squared=float(found.fun @ found.fun),
+        equivalent_chi_squared=equivalent_chi_squared(found.fun, listed),
         degrees_of_freedom=len(found.fun) - len(chosen),
         residuals=found.fun,
         undetermined=undetermined,
         evaluations=int(found.nfev),
     )
     at_bounds = np.minimum(values - limits[0], limits[1] - values) < AT_BOUND * scale
-    _warn(result, [chosen[int(i)].address for i in np.flatnonzero(at_bounds)])
+    _warn(result, [chosen[int(i)].address for i in np.flatnonzero(at_bounds)], scatter)
     return result
 
 
@@ -331,12 +341,18 @@ def _bounds(parameters: Sequence[Parameter], given: Mapping[str, tuple[float, fl
     return np.array(lower), np.array(upper)
 
 
-def _covariance(jacobian: Array, parameters: Sequence[Parameter]) -> tuple[Array, tuple[str, ...]]:
-    """Return the covariance of the scaled parameters, and in words the directions that the data leave open."""
-    _, singular, right = np.linalg.svd(jacobian, full_matrices=False)
+def _covariance(jacobian: Array, scatter: Array, parameters: Sequence[Parameter]) -> tuple[Array, tuple[str, ...]]:
+    """Return the covariance of the scaled parameters, and in words the directions that the data leave open.
+
+    ``scatter`` are the (n_data,) variances of the weighted residuals, 1 of those whose uncertainties are known exactly.
+    """
+    left, singular, right = np.linalg.svd(jacobian, full_matrices=False)
     rounding = np.finfo(float).eps * max(jacobian.shape) * singular.max(initial=0.0)
     known = singular > rounding
-    covariance = (right[known].T / singular[known] ** 2) @ right[known]
+    to_parameters = (right[known].T / singular[known]) @ left[:, known].T
+    covariance: Array = np.full((len(parameters),) * 2, np.inf)
+    if np.isfinite(scatter).all():
+        covariance = (to_parameters * scatter) @ to_parameters.T
     words = []
     for value, direction in zip(singular, right, strict=True):
         if value > 1.0 / UNDETERMINED:
@@ -358,7 +374,7 @@ def _covariance(jacobian: Array, parameters: Sequence[Parameter]) -> tuple[Array
     return covariance, tuple(words)
 
 
-def _warn(result: Fit, at_bounds: Sequence[str]) -> None:
+def _warn(result: Fit, at_bounds: Sequence[str], scatter: Array) -> None:
     for words in result.undetermined:
         warn_user(f"fit of {result.model.name!r}: {words}")
     if at_bounds:
@@ -366,8 +382,14 @@ def _warn(result: Fit, at_bounds: Sequence[str]) -> None:
             f"fit of {result.model.name!r}: {in_words(list(at_bounds))} ended at a bound; the model may be another "
             "than the machine, and uncertainties do not hold there."
         )
+    if not np.isfinite(scatter).all():
+        warn_user(
+            f"fit of {result.model.name!r}: responses know their variance from two degrees of freedom or fewer "
+            "(averages or periods, less inputs), which tells no uncertainty of the parameters; measure on, or give "
+            "sigma=."
+        )
     if result.degrees_of_freedom > 0 and result.probability < IMPROBABLE:
-        ratio = result.chi_squared / result.degrees_of_freedom
+        ratio = result.equivalent_chi_squared / result.degrees_of_freedom
         warn_user(
             f"fit of {result.model.name!r}: the misfit is {ratio:.3g} times what the uncertainties of the measurement "
             "explain (chi² per degree of freedom); the model cannot be right, or sigma is too small. The parameters' "

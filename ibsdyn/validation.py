@@ -60,7 +60,7 @@ def number(value: object, what: str, unit: str, *, minimum: float = -math.inf, a
         value = np.asarray(value).item()  # [500.0] and array(500.0) are one number too
     if isinstance(value, bool) or not isinstance(value, numbers.Real):
         raise ModelError(f"{what} must be one number{f' [{unit}]' if unit else ''}, got {value!r}.")
-    result = float(value)
+    result = _float(value, what)
     if not math.isfinite(result):
         raise ModelError(f"{what} must be finite{f' [{unit}]' if unit else ''}, got {result}.")
     if result < minimum:
@@ -70,12 +70,20 @@ def number(value: object, what: str, unit: str, *, minimum: float = -math.inf, a
     return result
 
 
-def whole_seed(value: object) -> int:
-    """Return the seed of random numbers.
+def _float(value: numbers.Real, what: str) -> float:
+    """Return a float; ModelError for a whole number that none can hold, which is no infinity."""
+    try:
+        return float(value)
+    except OverflowError:
+        raise ModelError(f"{what}: a whole number of more than 308 digits is too large.") from None
+
+
+def checked_seed(value: object) -> int:
+    """Return the seed of something random.
 
     Raises
     ------
-    ModelError : no whole number, or a negative one.
+    ModelError : no whole number from 0.
     """
     if isinstance(value, bool) or not isinstance(value, numbers.Integral) or value < 0:
         raise ModelError(f"seed must be a whole number from 0, got {value!r}.")
@@ -103,7 +111,7 @@ def numbers_of(value: object, count: int, what: str, names: str) -> tuple[float,
         raise ModelError(f"{wanted}, got {value!r}.")
     result = []
     for item in items:
-        if isinstance(item, bool) or not isinstance(item, numbers.Real) or math.isnan(float(item)):
+        if isinstance(item, bool) or not isinstance(item, numbers.Real) or math.isnan(_float(item, what)):
             raise ModelError(f"{wanted}, got {item!r} among {value!r}.")
         result.append(float(item))
     return tuple(result)

@@ -9,6 +9,7 @@ import numpy as np
 
 from ibsdyn.errors import ModelError, known_keywords, nearest
 from ibsdyn.psd import PSD
+from ibsdyn.validation import number
 
 # RMS velocity in one-third-octave bands [m/s] where the curve is flat, and its lowest frequency [Hz].
 _CRITERIA = {
@@ -34,6 +35,8 @@ _LAUNCH = {
     "GEVS acceptance": ((20.0, 50.0, 800.0, 2000.0), (0.013, 0.08, 0.08, 0.013)),
     "NASA workmanship": ((20.0, 80.0, 500.0, 2000.0), (0.01, 0.04, 0.04, 0.01)),
 }
+# Heavier components are tested at less [kg].
+GEVS_HEAVIEST = 22.7
 
 
 @known_keywords
@@ -61,7 +64,7 @@ def floor_vibration(criterion: str, unit: str = "m/s²") -> PSD:
     H. Amick, M. Gendreau, T. Busch, C. Gordon, Evolving criteria for research
     facilities: I - Vibration, Proc. SPIE 5933 (2005); IEST-RP-CC024.
     """
-    if criterion not in _CRITERIA:
+    if not isinstance(criterion, str) or criterion not in _CRITERIA:
         raise ModelError(f"floor_vibration: {criterion!r} is not known. {nearest(str(criterion), _CRITERIA)}")
     velocity, lowest = _CRITERIA[criterion]
     centres = np.array([lowest, _KNEE, _HIGHEST] if lowest > 1.0 else [lowest, _HIGHEST])
@@ -88,9 +91,12 @@ def launch_vibration(spectrum: str, mass: float | None = None) -> PSD:
     GSFC-STD-7000A, General Environmental Verification Standard, table 2.4-3: 14.1 and 10.0 g RMS over 20 to 2000 Hz.
     NASA-STD-7001, minimum workmanship: 6.8 g RMS. A launcher's own manual goes before these.
     """
-    if spectrum not in _LAUNCH:
+    if not isinstance(spectrum, str) or spectrum not in _LAUNCH:
         raise ModelError(f"launch_vibration: {spectrum!r} is not known. {nearest(str(spectrum), _LAUNCH)}")
-    if mass is not None and spectrum.startswith("GEVS") and mass > 22.7:
-        raise ModelError(f"launch_vibration: the GEVS table is for components of 22.7 kg at most, got {mass:g} kg.")
+    carried = 0.0 if mass is None else number(mass, "launch_vibration: mass", "kg", above=0.0)
+    if spectrum.startswith("GEVS") and carried > GEVS_HEAVIEST:
+        raise ModelError(
+            f"launch_vibration: the GEVS table is for components of {GEVS_HEAVIEST:g} kg at most, got {carried:g} kg."
+        )
     frequencies, values = _LAUNCH[spectrum]
     return PSD(frequencies, values, "g", spectrum)

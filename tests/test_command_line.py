@@ -79,10 +79,17 @@ def test_the_whole_workflow_from_new_to_report(folder, told):
     assert "mirror.mass: 0.6 -> 0.25" in out
     assert "now met" in out
 
-    code, out, _ = told("report", "mirror.toml", "--history", "mirror.history")
+    variants = ("--normal", "mirror.mass=2%", "--count", 30, "--workers", 1, "--results", "study.jsonl")
+    code, out, _ = told("study", "mirror.toml", *variants)
     assert code == 0
+    kept = Path("study.jsonl").read_bytes()
+
+    code, out, _ = told("report", "mirror.toml", "--history", "mirror.history", *variants)
+    assert code == 0
+    assert Path("study.jsonl").read_bytes() == kept
     page = Path("mirror.html").read_text(encoding="utf-8")
     assert "mirror module" in page
+    assert "30 of 30" in page
     assert "http://" not in page.replace("http://www.w3.org", "")
 
 

@@ -169,6 +169,11 @@ def test_combined_sensors_are_sums():
             ibs.CombinedSensor("x", parts, "m")
 
 
+def test_the_length_of_a_normal_does_not_matter():
+    for size in (1e-200, 1.0, 1e200):
+        np.testing.assert_allclose(ibs.FlatMirror("m", (0, 0, 0), (-size, 0, size)).normal, (-(0.5**0.5), 0, 0.5**0.5))
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [
@@ -176,6 +181,7 @@ def test_combined_sensors_are_sums():
         ({"direction": (1, 0, 1)}, "runs along"),
         ({"direction": (0, 0, 0)}, "zero"),
         ({"mirrors": []}, "one at least"),
+        ({"mirrors": None}, "one at least, got None"),
         ({"up": (0, 0, 1)}, "lies along"),
     ],
 )

@@ -98,6 +98,23 @@ def test_iso_curves_are_multiples_of_the_base_curve(criterion, factor):
         assert math.sqrt(psd.at(f) * width) == pytest.approx(factor * base, rel=0.01)
 
 
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: ibs.floor_vibration(["VC-A"]), "Did you mean 'VC-A'"),
+        (lambda: ibs.floor_vibration("VC-A", "mm/s"), "'mm/s', only of m, m/s and m/s²"),
+        (lambda: ibs.floor_vibration("VC-A", ["m/s"]), "only of"),
+        (lambda: ibs.launch_vibration({}), "not known"),
+        (lambda: ibs.launch_vibration("GEVS acceptance", mass="5 kg"), "mass must be one number"),
+        (lambda: ibs.launch_vibration("GEVS acceptance", mass=math.nan), "mass must be finite"),
+        (lambda: ibs.launch_vibration("GEVS acceptance", mass=-1.0), "mass must be above 0"),
+    ],
+)
+def test_what_is_no_environment(call, words):
+    with pytest.raises(ibs.ModelError, match=words):
+        call()
+
+
 def test_coarse_criteria_are_constant_in_acceleration_below_8_hz():
     for criterion, micro_g in (("VC-A", 260), ("VC-B", 130)):
         psd = ibs.floor_vibration(criterion)

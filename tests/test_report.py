@@ -176,6 +176,31 @@ def test_a_test_and_a_history_are_shown(tmp_path):
     assert first["y"] == [r.result("first mode").value for r in history.revisions]
 
 
+def test_a_study_is_shown(tmp_path):
+    model = box_on_mount()
+    tolerances = [ibs.Tolerance("block.mass", plus_minus=0.3), ibs.Tolerance("mount.kz", sigma=0.05, relative=True)]
+    limit = float(np.median(ibs.Study(model, ibs.monte_carlo(model, tolerances, 60)).run(workers=1)[0]))
+    model.remove("first mode")
+    model.add_requirement(ibs.Requirement("first mode", ibs.ModeFrequency(1), limit, ">="))
+    results = ibs.Study(model, ibs.monte_carlo(model, tolerances, 60)).run(workers=1)
+    page = Page(ibs.report(model, tmp_path / "r.html", study=results))
+    (first,) = (odds for odds in results.odds() if odds.requirement == "first mode")
+    words = ("Tolerances", f"{number(100 * first.share)} %", f"{first.met} of 60", "block.mass −", "far to the")
+    for each in (*words, number(float(results.values[:, 0].mean()))):
+        assert each in page.text, each
+    bars = re.findall(r'<rect x="[\d.]+" y="[\d.]+" width="[\d.]+" height="([\d.]+)"/>', page.source)
+    assert len(bars) == 2 * 9
+    assert 'class="limit"' in page.source
+    sweep = ibs.Study(model, ibs.full_factorial({"block.mass": [1.0, 2.0, 8.0]})).run(workers=1)
+    page = Page(ibs.report(model, tmp_path / "s.html", study=sweep))
+    for value in sweep.values[:, 0]:
+        assert number(float(value)) + (" ✗" if value < limit else "") in page.text
+    with pytest.raises(ibs.ReportError, match="another model"):
+        ibs.report(concept(), tmp_path / "t.html", study=sweep)
+    with pytest.raises(ibs.ReportError, match=r"ibs\.StudyResults"):
+        ibs.report(model, tmp_path / "t.html", study=sweep.study)
+
+
 def test_the_region_of_a_test_is_drawn(tmp_path):
     rng = np.random.default_rng(1)
     shaking = rng.normal(size=20_000)

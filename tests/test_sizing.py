@@ -65,6 +65,8 @@ def test_equal_shares_by_default_and_one_module_is_the_plain_formula():
         (lambda: ibs.mirror_deflection(beam_angle=1e-6, distance=1.0), "no distance"),
         (lambda: ibs.distribute_stiffness({}, 1.0, 1e-6), "dict"),
         (lambda: ibs.distribute_stiffness({"a": 1.0}, 1.0, 1e-6, shares={"b": 1.0}), "'b'"),
+        (lambda: ibs.distribute_stiffness({1: 1.0, 2: 2.0}, 1.0, 1e-6), "text, got 1"),
+        (lambda: ibs.distribute_stiffness({"a": 1.0}, 1.0, 1e-6, shares=[1.0]), "dict"),
         (lambda: ibs.distribute_stiffness({"a": 1.0, "b": 1.0}, 1.0, 1e-6, shares={"a": 1.0}), "miss 'b'"),
         (lambda: ibs.distribute_stiffness({"a": 1, "b": 1}, 1, 1e-6, shares={"a": 0.9, "b": 0.2}), "add up to 1.1"),
     ],

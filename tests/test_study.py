@@ -8,6 +8,7 @@ import sys
 import textwrap
 import time
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -373,6 +374,26 @@ def test_fingerprints_tell_contents_apart(tmp_path):
 
 
 # -- figures
+
+
+def test_a_limit_far_away_does_not_hide_the_bars():
+    near, far = ibs.Requirement("near", F1, 9.5, ">="), ibs.Requirement("far", F1, 500.0)
+    (panel,) = ibs.Study(oscillator(), scatter(50), requirements=[near, far]).run(workers=1).plot()
+    low, high = panel.get_xlim()
+    assert low < 9.5 < high < 100
+    assert any("far: <= 500, met by 100 % (far to the right)" in t.get_text() for t in panel.get_legend().get_texts())
+
+
+def test_a_quantity_that_no_variant_has_leaves_the_others_their_odds():
+    results = ibs.Study(oscillator(), scatter(20), requirements=[ibs.Requirement("first", F1, 9.5, ">=")]).run(
+        workers=1
+    )
+    lost = replace(results, values=np.full_like(results.values, np.nan))
+    (odds,) = lost.odds()
+    assert (odds.met, odds.calculated, odds.lower, odds.upper) == (0, 0, 0.0, 1.0)
+    assert np.isnan(odds.share)
+    assert "first: no variant was calculated" in str(lost)
+    lost.plot()
 
 
 def test_figures():

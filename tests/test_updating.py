@@ -7,6 +7,7 @@ import pytest
 import scipy.stats
 
 import ibsdyn as ibs
+from ibsdyn.few_averages import equivalent_chi_squared
 
 TRUE = {"mount 0.kz": 5e5, "mount 1.kz": 7e5, "plate.inertia.Ixx": 0.065, "mount 2.zeta": 0.05}
 
@@ -97,6 +98,79 @@ def test_responses_with_their_variance():
     assert np.abs(np.mean(deviations, axis=0)).max() < 3.5 / 5
     lines = np.sum((exact.frequencies >= 10) & (exact.frequencies <= 100))
     assert found.degrees_of_freedom == 2 * 6 * lines - 4
+
+
+def oscillator(k=800.0, zeta=0.02):
+    model = ibs.Model("m", axis="x")
+    model.fixation("wall")
+    model.rigid_body("m", mass=2.0)
+    model.connection("k", "wall", "m", stiffness=k, zeta=zeta)
+    return model
+
+
+FORCE, MOTION = ibs.Force("m", "x"), ibs.Sensor("m", "x", quantity="displacement")
+
+
+def measured_over(periods, rng, rate=64.0, count=640):
+    """A multisine's response of the oscillator with white noise, estimated over some periods."""
+    lines = np.arange(5, 100)
+    response = oscillator().linearize().frf(FORCE, MOTION, lines * rate / count).response[0, 0]
+    force = np.zeros(count // 2 + 1, dtype=complex)
+    force[lines] = np.exp(2j * np.pi * rng.random(len(lines)))
+    motion = np.zeros_like(force)
+    motion[lines] = response * force[lines]
+    u, y = (np.tile(np.fft.irfft(each) * count / 2, periods) for each in (force, motion))
+    y = y + rng.normal(size=len(y)) * 0.05 * np.std(y)
+    record = ibs.TimeRecord([u, y], ["force", "motion"], ["N", "m"], sample_rate=rate, period=count)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ibs.RecordWarning)  # one run, and few lines in the resonance
+        return ibs.MeasuredResponse(ibs.estimate_frf(record, inputs=["force"], outputs=["motion"]), FORCE, MOTION)
+
+
+def test_uncertainties_from_few_periods_are_uncertain_themselves():
+    """Four periods know each variance from three degrees of freedom: neither a misfit nor an overconfident fit."""
+    rng = np.random.default_rng(1)
+    deviations, probabilities, ratios = [], [], []
+    for _ in range(40):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ibs.ModelWarning)
+            found = ibs.fit(oscillator(790.0, 0.022), ["k.stiffness", "k.zeta"], measured_over(4, rng))
+        deviations.append((found.values - [800.0, 0.02]) / found.uncertainties)
+        probabilities.append(found.probability)
+        ratios.append(found.chi_squared / found.degrees_of_freedom)
+    assert scipy.stats.kstest(probabilities, scipy.stats.uniform.cdf).pvalue > 0.01
+    assert np.mean(ratios) == pytest.approx(1.5, rel=0.1)  # nu / (nu - 1)
+    assert "few averages" in str(found)
+    # nu / (nu - 2) holds for many lines; the few in a resonance spread a little less.
+    assert np.all(np.sqrt(np.mean(np.square(deviations), axis=0)) < 1.1)
+    assert np.all(np.sqrt(np.mean(np.square(deviations), axis=0)) > 0.5)
+
+
+def test_three_periods_tell_no_uncertainty():
+    with pytest.warns(ibs.ModelWarning, match="two degrees of freedom or fewer"):
+        found = ibs.fit(oscillator(790.0), ["k.stiffness"], measured_over(3, np.random.default_rng(2)))
+    assert found.values[0] == pytest.approx(800.0, rel=1e-3)
+    assert np.isinf(found.uncertainties).all()
+    exact = measured_over(3, np.random.default_rng(2))
+    given = ibs.MeasuredResponse(exact.response, FORCE, MOTION, sigma=exact.sigma)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ibs.ModelWarning)  # a misfit, as the sigma is taken at its word
+        assert np.isfinite(ibs.fit(oscillator(790.0), ["k.stiffness"], given).uncertainties).all()
+
+
+def test_several_inputs_share_an_estimated_variance():
+    """Draws of two inputs' errors over one estimated deviation sum to chi² of four a line."""
+    rng = np.random.default_rng(5)
+    system = oscillator().linearize()
+    lines, nu, sums = np.linspace(1, 9, 30), 3.0, []
+    exact = system.frf([FORCE, ibs.Stroke("k", "x")], MOTION, lines)
+    for _ in range(300):
+        deviation = np.sqrt(rng.gamma(nu, 1 / nu, size=30))
+        errors = rng.normal(size=(2, 1, 2, 30)) / deviation  # real and imaginary, outputs, inputs, lines
+        measured = ibs.MeasuredResponse(exact, [FORCE, ibs.Stroke("k", "x")], MOTION, sigma=1.0)
+        object.__setattr__(measured, "degrees_of_freedom", np.full(30, nu))
+        sums.append(equivalent_chi_squared(errors.ravel(), [measured]))
+    assert scipy.stats.kstest(sums, scipy.stats.chi2(4 * 30).cdf).pvalue > 0.01
 
 
 def test_modes_are_followed_when_they_change_places():

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from ibsdyn.cli.model_argument import add_model, read_model
 from ibsdyn.cli.outcome import FINE, REMARKS, Outcome
+from ibsdyn.cli.variants import add_variants, asks_variants, run_variants
 from ibsdyn.errors import ModelError
 from ibsdyn.history import History
 from ibsdyn.model import Model
@@ -18,6 +19,9 @@ EXAMPLES = """\
 example:
   ibsdyn report mirror.toml
   ibsdyn report mirror.toml --save review.html --concept concept.toml --history mirror.history
+  ibsdyn report mirror.toml --normal mirror.mass=2% --count 1000 --results study.jsonl
+The last one shows the odds to meet each requirement; it takes the options of ibsdyn study, and what that has written to
+--results is not calculated again.
 """
 
 
@@ -29,6 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--note", default="", help="a sentence under the heading")
     parser.add_argument("--concept", nargs="+", type=Path, default=[], metavar="MODEL", help="other fidelities")
     parser.add_argument("--history", type=Path, metavar="FILE", help="a history, shown as performance over revisions")
+    add_variants(parser)
 
 
 def run(given: argparse.Namespace) -> Outcome:
@@ -43,6 +48,7 @@ def run(given: argparse.Namespace) -> Outcome:
         note=given.note,
         fidelities=[Model.from_toml(other) for other in given.concept],
         history=None if given.history is None else History(given.history),
+        study=run_variants(model, given) if asks_variants(given) else None,
     )
     results = model.check_requirements()
     lines = [f"wrote {path}", *(str(result) for result in results)]

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ibsdyn.axes import Array
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
@@ -15,6 +17,8 @@ if TYPE_CHECKING:
 MOST_BINS = 60
 # Values that differ by less than this share are one.
 SAME = 1e-9
+# A limit that is further from the values than this many of their spreads is told, not drawn: it would hide the bars.
+FAR = 10.0
 
 
 def plot_study(results: StudyResults, columns: Sequence[int], axes: np.ndarray | Axes | None) -> np.ndarray:
@@ -68,12 +72,25 @@ def _histogram(results: StudyResults, column: int, panel: Axes) -> None:
     for number, requirement in enumerate(results.limits(column)):
         share = f", met by {100 * odds[requirement.name].share:.3g} %" if requirement.name in odds else ""
         label = f"{requirement.name}: {requirement.sense} {requirement.limit:.4g}{share}"
-        panel.axvline(requirement.limit, color=f"C{3 + number}", linestyle="--", linewidth=1.4, label=label)
+        beyond = _beyond(requirement.limit, np.append(values, results.nominal[column]))
+        if beyond:
+            panel.plot([], [], color=f"C{3 + number}", linestyle="--", linewidth=1.4, label=f"{label} ({beyond})")
+        else:
+            panel.axvline(requirement.limit, color=f"C{3 + number}", linestyle="--", linewidth=1.4, label=label)
     panel.set_xlabel(_label(results, column))
     panel.set_ylabel("variants")
     panel.set_title(f"{results.study.name}: {len(values)} variants", fontsize="medium")
     # Beside the panel: there is no place in it that no bar reaches.
     panel.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize="small")
+
+
+def _beyond(limit: float, values: Array) -> str:
+    """Return on which side a limit lies far away from some values, empty if near."""
+    low, high = float(values.min()), float(values.max())
+    reach = FAR * max(high - low, 0.1 * float(np.abs(values).mean()))
+    if low - reach <= limit <= high + reach:
+        return ""
+    return "far to the left" if limit < low else "far to the right"
 
 
 def _curve(results: StudyResults, column: int, place: int, panel: Axes, first: bool) -> None:

@@ -34,7 +34,9 @@ from ibsdyn.reporting.packing import json_for_script
 from ibsdyn.reporting.requirements import requirement_section
 from ibsdyn.reporting.responses import comparison_data, default_band, labels, response_data
 from ibsdyn.reporting.scene import scene_data
+from ibsdyn.reporting.study import study_section
 from ibsdyn.resonance_grid import checked_band
+from ibsdyn.study_results import StudyResults
 
 
 @known_keywords
@@ -48,12 +50,14 @@ def report(
     history: History | None = None,
     modes: int = 12,
     band: Sequence[float] | None = None,
+    study: StudyResults | None = None,
 ) -> Path:
     """Write one HTML file about a model that opens anywhere, offline, for a design review.
 
     It shows the requirements and whether they are met, the components with a picture that can be turned, the modes with
     their moving shapes and energies, the frequency responses from ``model.inputs`` to ``model.sensors``, the vibration
-    budget under ``model.disturbances``, the test and the history where they are given, and what all of it came from.
+    budget under ``model.disturbances``, the test, a study of variants and the history where they are given, and what
+    all of it came from.
 
     Parameters
     ----------
@@ -67,6 +71,7 @@ def report(
     history : from ``ibs.History(path)``.
     modes : how many elastic modes to show, beside the rigid-body modes.
     band : (lower, upper) of the frequency responses [Hz]; from below the first mode to above the last shown if None.
+    study : results of an ``ibs.Study`` of this model: odds to meet the requirements, scatter, or a sweep.
 
     Returns
     -------
@@ -81,16 +86,24 @@ def report(
     for each in (model, *others):
         if not isinstance(each, Model):
             raise ReportError(f"report takes ibs.Model, got {each!r}.")
-    for value, kind, what in ((comparison, Comparison, "comparison"), (history, History, "history")):
+    for value, kind, what in (
+        (comparison, Comparison, "comparison"),
+        (history, History, "history"),
+        (study, StudyResults, "study"),
+    ):
         if value is not None and not isinstance(value, kind):
             raise ReportError(f"{what}= must be an ibs.{kind.__name__}, got {value!r}.")
+    if study is not None and study.study.model != model:
+        raise ReportError(
+            f"study= is of another model, {study.study.model.name!r}, or of other parameters of this one."
+        )
     for words, what in ((title, "title"), (note, "note")):
         if not isinstance(words, str) and not (words is None and what == "title"):
             raise ReportError(f"{what}= must be a text, got {words!r}.")
     if isinstance(modes, bool) or not isinstance(modes, int) or modes < 1:
         raise ReportError(f"modes= must be a whole number from 1, got {modes!r}.")
     target = _checked_path(path)
-    return _write(target, _page(model, others, title or model.name, note, comparison, history, modes, band))
+    return _write(target, _page(model, others, title or model.name, note, comparison, history, study, modes, band))
 
 
 def _page(
@@ -100,6 +113,7 @@ def _page(
     note: str,
     comparison: Comparison | None,
     history: History | None,
+    study: StudyResults | None,
     count: int,
     band: Sequence[float] | None,
 ) -> str:
@@ -130,6 +144,9 @@ def _page(
     ]
     if budgets is not None or model.disturbances:
         sections.append(Section("budget", "Vibration budget", budget_section(budgets, budget_words)))
+    if study is not None:
+        heading = "Tolerances" if study.study.samples.random else "Variants"
+        sections.append(Section("study", heading, study_section(study)))
     if comparison is not None:
         sections.append(Section("test", "Model against test", comparison_section(comparison)))
     if history is not None:
