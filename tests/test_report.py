@@ -388,6 +388,53 @@ def test_a_browser_draws_it(tmp_path, painter, flags):
     assert len(found["curves"]) == 4, "magnitude and phase of two fidelities"
     assert min(found["curves"]) > 1000
     assert len(found["other"]) == 2, "the 1-D model has no push"
+    assert found["caption"] == "From push to top", "what paper shows in place of the controls"
     assert "Hz" in found["hint"]
     assert found["charts"] == 1 + 2 + 2, "responses, a budget a sensor, a history a requirement"
     assert found["wide"] == 0, "nothing sticks out of the page"
+
+
+def test_a_missed_requirement_is_named_beside_the_count_and_margins_are_plain_figures(tmp_path):
+    model = box_on_mount()
+    model.add_requirement(ibs.Requirement("far away", ibs.ModeFrequency(1), 1.0, "<="))
+    page = Page(ibs.report(model, tmp_path / "r.html"))
+    assert "1 of 3 requirements met; not met: amplification, far away" in page.text
+    margin = 100 * (1.0 - model.linearize().modes().frequencies[0])
+    assert margin < -1000
+    assert f"−{float(f'{-margin:.3g}'):g} %" in page.text
+    assert not re.search(r"\de[+-]\d", page.text)
+
+
+def test_signals_are_told_in_words_and_not_in_class_names(tmp_path):
+    page = Page(ibs.report(box_on_mount(), tmp_path / "r.html"))
+    assert "base motion, acceleration" in page.text
+    assert "BaseMotion" not in page.text
+
+
+@pytest.mark.parametrize(("share", "drawn"), [(0.5, True), (3.0, True), (50.0, False)])
+def test_the_limit_of_an_rms_stands_in_the_chart_of_its_budget(tmp_path, share, drawn):
+    model = box_on_mount()
+    asked = ibs.RmsResponse(model.sensors["top"], model.disturbances["floor noise"])
+    limit = share * asked.evaluate(model.linearize())
+    model.add_requirement(ibs.Requirement("quiet", asked, limit))
+    narrow = ibs.RmsResponse(model.sensors["top"], model.disturbances["floor noise"], (1.0, 20.0))
+    model.add_requirement(ibs.Requirement("another band, another curve", narrow, limit))
+    by_name = {
+        budget["name"]: budget["limits"] for budget in Page(ibs.report(model, tmp_path / "r.html")).data["budget"]
+    }
+    assert [each["y"] for each in by_name["top"]] == ([limit] if drawn else [])
+    assert by_name["yaw"] == []
+
+
+def test_the_page_tells_which_revision_its_model_is(tmp_path):
+    model, history = box_on_mount(), ibs.History(tmp_path / "box.history")
+    history.record(model, revision="A")
+    words = [Page(ibs.report(model, tmp_path / "r.html", history=history)).text]
+    history.record(model.with_parameters({"block.mass": 3.0}), revision="B")
+    words.append(Page(ibs.report(model, tmp_path / "r.html", history=history)).text)
+    words.append(
+        Page(ibs.report(model.with_parameters({"block.mass": 4.0}), tmp_path / "r.html", history=history)).text
+    )
+    assert "is the last revision, A." in words[0]
+    assert "is revision A, not the last one, B." in words[1]
+    assert "is none of these revisions" in words[2]
