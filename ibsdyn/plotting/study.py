@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 MOST_BINS = 60
 # Values that differ by less than this share are one.
 SAME = 1e-9
+# A limit further off than so many widths of the scatter is told, not drawn.
+FAR = 5.0
 
 
 def plot_study(results: StudyResults, columns: Sequence[int], axes: np.ndarray | Axes | None) -> np.ndarray:
@@ -68,12 +70,22 @@ def _histogram(results: StudyResults, column: int, panel: Axes) -> None:
     for number, requirement in enumerate(results.limits(column)):
         share = f", met by {100 * odds[requirement.name].share:.3g} %" if requirement.name in odds else ""
         label = f"{requirement.name}: {requirement.sense} {requirement.limit:.4g}{share}"
-        panel.axvline(requirement.limit, color=f"C{3 + number}", linestyle="--", linewidth=1.4, label=label)
+        look: dict[str, Any] = {"color": f"C{3 + number}", "linestyle": "--", "linewidth": 1.4}
+        if _far(requirement.limit, values):
+            panel.plot([], [], label=f"{label}\n(beyond the axis)", **look)
+        else:
+            panel.axvline(requirement.limit, label=label, **look)
     panel.set_xlabel(_label(results, column))
     panel.set_ylabel("variants")
     panel.set_title(f"{results.study.name}: {len(values)} variants", fontsize="medium")
     # Beside the panel: there is no place in it that no bar reaches.
     panel.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize="small")
+
+
+def _far(limit: float, values: np.ndarray) -> bool:
+    """Whether an axis that reaches to the limit would press all bars into one."""
+    width = float(np.ptp(values)) if len(values) else 0.0
+    return width > 0 and max(values.min() - limit, limit - values.max()) > FAR * width
 
 
 def _curve(results: StudyResults, column: int, place: int, panel: Axes, first: bool) -> None:
@@ -89,7 +101,10 @@ def _curve(results: StudyResults, column: int, place: int, panel: Axes, first: b
         panel.plot(values[order], results.values[order, column], marker=".", color="C0")
         panel.plot([nominal[address]], [results.nominal[column]], marker="o", color="black", linestyle="none")
     else:
-        panel.plot(values, results.values[:, column], marker=".", color="C0", linestyle="none")
+        # Levels of one parameter are points of a curve; of several they are a cloud over each.
+        line = "-" if len(samples.addresses) == 1 else "none"
+        order = np.argsort(values, kind="stable")
+        panel.plot(values[order], results.values[order, column], marker=".", color="C0", linestyle=line)
     for number, requirement in enumerate(results.limits(column)):
         label = f"{requirement.name}: {requirement.sense} {requirement.limit:.4g}"
         panel.axhline(requirement.limit, color=f"C{3 + number}", linestyle="--", linewidth=1.4, label=label)
