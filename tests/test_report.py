@@ -438,3 +438,22 @@ def test_the_page_tells_which_revision_its_model_is(tmp_path):
     assert "is the last revision, A." in words[0]
     assert "is revision A, not the last one, B." in words[1]
     assert "is none of these revisions" in words[2]
+
+
+def test_of_a_free_system_rigid_motion_is_one_and_modes_of_requirements_are_told(tmp_path):
+    model = ibs.Model("free")
+    for name, x in (("left", 0.0), ("right", 0.1)):
+        model.rigid_body(name, mass=1.0, cog=(x, 0, 0), inertia=(0.01, 0.01, 0.01, 0, 0, 0))
+    model.connection(
+        "rod", "left", "right", position1=(0.05, 0, 0), stiffness=(1e6, 2e6, 3e6, 1e3, 2e3, 3e3), zeta=0.01
+    )
+    push = model.add_input(ibs.Force("left", "x", name="push"))
+    model.add_sensor(ibs.Sensor("right", "x", name="end"))
+    model.add_disturbance(ibs.Disturbance("noise", push, ([1.0, 10.0], [1.0, 1.0])))
+    page = Page(ibs.report(model, tmp_path / "r.html"))
+    assert "their mode 1 is mode 7 here" in page.text
+    assert "(0 Hz)" not in page.text
+    # far below the resonance both masses accelerate as one: F / (2 m)
+    shares = ibs.vibration_budget(model.linearize(), model.sensors["end"], model.disturbances["noise"]).shares("mode")
+    assert shares["rigid-body motion"] == pytest.approx(1.0, rel=1e-3)
+    assert sum(shares.values()) == pytest.approx(1.0, rel=1e-9)

@@ -49,7 +49,7 @@ class ModePlayer {
   bars(id, shares, kind, otherwise) {
     const host = document.getElementById(id);
     host.replaceChildren();
-    if (otherwise) { host.append(element("span", {}, otherwise), "", ""); return; }
+    if (otherwise) { host.append(element("span", {class: "whole"}, otherwise)); return; }
     for (const [name, share] of shares) {
       const bar = element("div", {class: `bar ${kind}`}); bar.style.width = `${Math.max(100 * share, 0.6)}%`;
       host.append(element("span", {title: name}, name), bar, element("span", {}, `${(100 * share).toFixed(share < 0.1 ? 1 : 0)} %`));
