@@ -75,7 +75,7 @@ class Chart {
       if (!curve.label || seen.has(curve.label)) continue;
       seen.add(curve.label);
       const button = element("button", {type: "button", "aria-pressed": String(!this.hidden.has(curve.label)), title: "show or hide"}, element("i"), curve.label);
-      const mark = button.firstChild; mark.style.borderTopColor = curve.colour; mark.style.borderTopStyle = curve.dash ? "dashed" : "solid";
+      const mark = button.firstChild; mark.style.borderTopColor = curve.colour; mark.style.borderTopStyle = !curve.dash ? "solid" : Number(curve.dash.split(" ")[0]) < 3 ? "dotted" : "dashed";
       button.addEventListener("click", () => { this.hidden.has(curve.label) ? this.hidden.delete(curve.label) : this.hidden.add(curve.label); this.drawLegend(); this.draw(); });
       this.legend.append(button);
     }
@@ -98,8 +98,8 @@ class Chart {
     for (const limit of panel.limits || []) { if (limit.steps) limit.steps.forEach((step) => take(step[2])); else take(limit.y); }
     panel.empty = low > high || (low === 0 && high === 0);
     if (panel.empty) return panel.log ? [0.1, 10] : [0, 1];
-    if (panel.log) { const room = Math.max(1.15, (high / low) ** (panel.limits ? 0.16 : 0.05)); return [low / room, high * room]; }
-    const room = (panel.limits ? 0.2 : 0.08) * (high - low) || Math.abs(high) * 0.1 || 1;
+    if (panel.log) { const room = Math.max(1.15, (high / low) ** (panel.limits?.length ? 0.16 : 0.05)); return [low / room, high * room]; }
+    const room = (panel.limits?.length ? 0.2 : 0.08) * (high - low) || Math.abs(high) * 0.1 || 1;
     return [panel.fromZero && low >= 0 ? 0 : low - room, high + room];
   }
   draw() {
@@ -121,10 +121,14 @@ class Chart {
       const [low, high] = this.range(panel, span), own = panel.log ? Math.log10 : (v) => v;
       const py = (y) => y0 + panel.height * (1 - (own(panel.log ? Math.max(y, 1e-300) : y) - own(low)) / (own(high) - own(low)));
       const last = number === this.spec.panels.length - 1;
-      for (const [value, text] of this.spec.x.ticks || ticks(...span, this.spec.x.log, Math.max(3, inner / 85)).map((v) => [v, decade(v, this.spec.x.log)])) {
+      // Given ticks keep their grid lines; texts that would run into each other give way to every second, third, ...
+      const longest = Math.max(1, ...(this.spec.x.ticks || []).flatMap(([, text]) => text.split("\n").map((line) => line.length)));
+      const each = Math.ceil((7.2 * longest + 8) * (this.spec.x.ticks || []).length / inner) || 1;
+      for (const [place, [value, text]] of (this.spec.x.ticks || ticks(...span, this.spec.x.log, Math.max(3, inner / 85)).map((v) => [v, decade(v, this.spec.x.log)])).entries()) {
         if (value < span[0] || value > span[1]) continue;
         drawing.append(svg("line", {class: "grid", x1: px(value), x2: px(value), y1: y0, y2: y0 + panel.height}));
-        if (last) text.split("\n").forEach((line, row) => drawing.append(svg("text", {x: px(value), y: y0 + panel.height + 17 + 14 * row, "text-anchor": "middle"}, line)));
+        const written = !this.spec.x.ticks || (this.spec.x.ticks.length - 1 - place) % each === 0;
+        if (last && written) text.split("\n").forEach((line, row) => drawing.append(svg("text", {x: px(value), y: y0 + panel.height + 17 + 14 * row, "text-anchor": "middle"}, line)));
       }
       const power = sharedPower(low, high, panel.log), carried = power ? panel.label.replace("[", `[10${superscript(power)} `) : panel.label;
       for (const value of panel.ticks || ticks(low, high, panel.log, Math.max(2, panel.height / 42))) {
