@@ -340,7 +340,7 @@ def _checked_symmetric(name: str, matrix: FloatArray, size: int) -> FloatArray:
 
 def _refuse_indefinite(M: FloatArray, K: FloatArray, coordinates: Sequence[str]) -> None:
     """M must be positive definite, K semi-definite, both scaled to a unit diagonal (m and rad alike)."""
-    massless = np.flatnonzero(np.diag(M) == 0.0)
+    massless = np.flatnonzero(np.diag(M) == 0.0).tolist()
     if len(massless):
         loose = [coordinates[row] for row in massless if not K[row].any()]
         why = (
@@ -357,8 +357,8 @@ def _refuse_indefinite(M: FloatArray, K: FloatArray, coordinates: Sequence[str])
     if np.any(np.diag(M) < 0.0) or values[0] <= 0.0:
         most = coordinates[int(np.argmax(abs(vectors[:, 0])))]
         raise ExportError(
-            f"M is not positive definite: scaled to a unit diagonal it has an eigenvalue {values[0]:.3g}, most of it in "
-            f"{most}. Motion without mass cannot be integrated in time; give its node some mass and inertia, or "
+            f"M is not positive definite: scaled to a unit diagonal it has an eigenvalue {values[0]:.3g}, most of it "
+            f"in {most}. Motion without mass cannot be integrated in time; give its node some mass and inertia, or "
             "condense it."
         )
     lowest = np.linalg.eigvalsh(_unit_diagonal(K))[0]

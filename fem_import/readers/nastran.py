@@ -183,8 +183,8 @@ def _in_basic_axes(
             rows = [place[label, first + k] for k in range(3) if (label, first + k) in place]
             if len(rows) in (1, 2):
                 raise ExportError(
-                    f"{source}: GRID {label} has its displacements in a local system (CD) and only {len(rows)} of three "
-                    "rows here, which cannot be turned to basic axes. Leave its CD blank and export again."
+                    f"{source}: GRID {label} has its displacements in a local system (CD) and only {len(rows)} of "
+                    "three rows here, which cannot be turned to basic axes. Leave its CD blank and export again."
                 )
             if rows:
                 blocks.append((rows, directions))
@@ -339,7 +339,7 @@ def _chosen(found: Mapping[str, _Entries], kind: str, name: str | None, source: 
         if kind == "B":
             return None
         raise ExportError(
-            f"{source} holds no {word} matrix (a square one whose name starts with "
+            f"{source} holds no {word} matrix (a real square one whose name starts with "
             f"{kind}).{nearest_known(kind, found)} "
             + (
                 f"Give names={{{kind!r}: ...}}, or mass= if it is in another file."

@@ -242,7 +242,7 @@ def test_output4_superelement_with_rows_and_turned_axes_of_its_punch_file(supere
     cut = tmp_path / "cut.pch"
     cut.write_text(bulk.read_text().replace("20110005  123456", "20110005     126"))
     write_op4_binary(path, {name: m[: m.shape[0] - 3, : m.shape[0] - 3] for name, m in matrices.items()})
-    with pytest.raises(fi.ExportError, match="GRID 20110005 .* cannot be turned"):
+    with pytest.raises(fi.ExportError, match=r"GRID 20110005 .* cannot be turned"):
         fi.read(path, units="SI", interfaces={"root": 20110001}, bulk=cut)
 
 
