@@ -342,19 +342,14 @@ def _refuse_indefinite(M: FloatArray, K: FloatArray, coordinates: Sequence[str])
     """M must be positive definite, K semi-definite, both scaled to a unit diagonal (m and rad alike)."""
     massless = np.flatnonzero(np.diag(M) == 0.0).tolist()
     if len(massless):
-        loose = [coordinates[row] for row in massless if not K[row].any()]
-        why = (
-            f" {loose[0]} has no stiffness either: solid elements do not hold the rotations of a single node, so tie "
-            "the interface's nodes to one reference node (RBE2, RBE3, coupling) and retain that."
-            if loose
-            else " Give its node a mass and inertia that is small for the part (CONM2, MASS21, *MASS, *ROTARY INERTIA)."
-        )
         raise ExportError(
             f"M is not positive definite: {coordinates[massless[0]]} has no mass ({len(massless)} such), which cannot "
-            f"be integrated in time.{why}"
+            "be integrated in time. Give its node a mass and inertia that is small for the part (CONM2, MASS21, "
+            "*MASS, *ROTARY INERTIA). The rotations of a single node of solid elements hold nothing: tie the nodes "
+            "of the interface to one reference node (RBE2, RBE3, coupling) and retain that."
         )
     values, vectors = np.linalg.eigh(_unit_diagonal(M))
-    if np.any(np.diag(M) < 0.0) or values[0] <= 0.0:
+    if values[0] <= 0.0:
         most = coordinates[int(np.argmax(abs(vectors[:, 0])))]
         raise ExportError(
             f"M is not positive definite: scaled to a unit diagonal it has an eigenvalue {values[0]:.3g}, most of it "
