@@ -74,7 +74,7 @@ class MixedPrecisionFactor:
         try:
             self.solve(np.random.default_rng(7).standard_normal((upper.shape[0], 1)) / self._scale)
         except ReductionError:
-            self.release()
+            self._factor.release()
             raise
 
     def solve(self, right_sides: FloatArray) -> FloatArray:
