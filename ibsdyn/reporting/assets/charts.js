@@ -146,7 +146,8 @@ class Chart {
           // On the side where the curves end further from the line.
           const [, , y] = (limit.steps || [[0, 0, limit.y]]).at(-1), shown = this.visible(panel).filter((curve) => curve.y.length);
           const room = (place) => Math.min(...shown.map((curve) => Math.abs(py(curve.y.at(place)) - py(y))).filter(Number.isFinite));
-          const right = limit.steps?.length > 1 || !(room(0) > room(-1));
+          const whole = !limit.steps || (limit.steps.length === 1 && limit.steps[0][0] <= span[0]);
+          const right = !whole || !(room(0) > room(-1));
           group.append(svg("text", {x: right ? left + inner - 6 : left + 6, y: py(y) - 6, "text-anchor": right ? "end" : "start", class: "strong"}, limit.label));
         }
       }
