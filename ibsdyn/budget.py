@@ -19,6 +19,7 @@ from ibsdyn.components import FlexibleBody
 from ibsdyn.disturbances import AnyDisturbance, Tone, checked_disturbances
 from ibsdyn.errors import AnalysisError, UnknownNameError, known_keywords, nearest
 from ibsdyn.harmonic import carried_response, harmonic_response, modal_response
+from ibsdyn.modes import in_hertz
 from ibsdyn.psd import require_band_overlap
 from ibsdyn.reduction_trust import warn_of_frequencies_beyond
 from ibsdyn.resonance_grid import LEAST_RATIO, ResonanceGrid, checked_band, poles, resonance_grid
@@ -387,7 +388,7 @@ def _mode_powers(system: LinearSystem, seen: Array, modal: Array, carried: Array
 
 
 def _mode_label(system: LinearSystem, mode: int) -> str:
-    return f"mode {mode + 1} ({system._modal[0][mode] / (2 * np.pi):.4g} Hz)"
+    return f"mode {mode + 1} ({in_hertz(system._modal[0][mode] / (2 * np.pi))} Hz)"
 
 
 def _part_powers(system: LinearSystem, seen: Array, modal: Array, carried: Array) -> dict[str, Array]:

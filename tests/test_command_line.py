@@ -1,6 +1,8 @@
 """The command line, as a newcomer meets it: from `ibsdyn new` to `ibsdyn report`, mistakes included."""
 
 import json
+import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -234,3 +236,17 @@ def test_the_program_itself(folder):
     )
     assert "Traceback" not in piped.stderr
     assert "BrokenPipe" not in piped.stderr
+
+
+def test_every_line_of_the_page_runs_in_an_empty_folder(folder, told):
+    page = (Path(__file__).parents[1] / "docs" / "command_line.md").read_text(encoding="utf-8")
+    lines = [line for block in re.findall(r"```sh\n(.*?)```", page, re.DOTALL) for line in block.splitlines()]
+    used = set()
+    for line in lines:
+        program, command, *words = shlex.split(line)
+        assert program == "ibsdyn"
+        code, _, err = told(command, *words)
+        assert code == 0, f"{line}: {err}"
+        used.add(command)
+    assert {each.NAME for each in COMMANDS} - used == {"import", "reduce"}  # these need an export
+    assert Path("review.html").stat().st_size > 50_000

@@ -69,7 +69,7 @@ def _all_shares(budget: VibrationBudget, row: int) -> list[float]:
 
 
 def _largest(shares: dict[str, float]) -> list[str]:
-    named = [f"{name} {number(100 * share, 3)}\u00a0%" for name, share in shares.items() if abs(share) >= SHOWN_SHARE]
+    named = [f"{name}: {number(100 * share, 3)}\u00a0%" for name, share in shares.items() if abs(share) >= SHOWN_SHARE]
     return named[:NAMED] + ["…"] * (len(named) > NAMED)
 
 

@@ -69,7 +69,7 @@ def _ranked(shares: Mapping[str, Array], n: int) -> list[tuple[str, float]]:
 
 def _leading(shares: Mapping[str, Array], n: int) -> str:
     ranked = _ranked(shares, n)
-    words = ", ".join(f"{name} {100 * share:.0f}\u00a0%" for name, share in ranked[:NAMED])
+    words = ", ".join(f"{name}: {100 * share:.0f}\u00a0%" for name, share in ranked[:NAMED])
     return f"{words}, …" if len(ranked) > NAMED else words
 
 

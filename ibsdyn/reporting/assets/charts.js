@@ -128,7 +128,8 @@ class Chart {
         if (value < span[0] || value > span[1]) continue;
         drawing.append(svg("line", {class: "grid", x1: px(value), x2: px(value), y1: y0, y2: y0 + panel.height}));
         const written = !this.spec.x.ticks || (this.spec.x.ticks.length - 1 - place) % each === 0;
-        if (last && written) text.split("\n").forEach((line, row) => drawing.append(svg("text", {x: px(value), y: y0 + panel.height + 17 + 14 * row, "text-anchor": "middle"}, line)));
+        // A long text at the edge moves inwards.
+        if (last && written) text.split("\n").forEach((line, row) => drawing.append(svg("text", {x: Math.min(px(value), width - 3.4 * line.length), y: y0 + panel.height + 17 + 14 * row, "text-anchor": "middle"}, line)));
       }
       const power = sharedPower(low, high, panel.log), carried = power ? panel.label.replace("[", `[10${superscript(power)} `) : panel.label;
       for (const value of panel.ticks || ticks(low, high, panel.log, Math.max(2, panel.height / 42))) {
@@ -141,7 +142,14 @@ class Chart {
         for (const [from, to, y] of limit.steps || [[span[0], span[1], limit.y]]) {
           group.append(svg("line", {x1: px(from), x2: px(to), y1: py(y), y2: py(y), stroke: "#18222d", "stroke-width": 1.6, "stroke-dasharray": "6 4"}));
         }
-        if (limit.label) { const [, , y] = (limit.steps || [[0, 0, limit.y]]).at(-1); group.append(svg("text", {x: left + inner - 6, y: py(y) - 6, "text-anchor": "end", class: "strong"}, limit.label)); }
+        if (limit.label) {
+          // On the side where the curves end further from the line.
+          const [, , y] = (limit.steps || [[0, 0, limit.y]]).at(-1), shown = this.visible(panel).filter((curve) => curve.y.length);
+          const room = (place) => Math.min(...shown.map((curve) => Math.abs(py(curve.y.at(place)) - py(y))).filter(Number.isFinite));
+          const whole = !limit.steps || (limit.steps.length === 1 && limit.steps[0][0] <= span[0]);
+          const right = !whole || !(room(0) > room(-1));
+          group.append(svg("text", {x: right ? left + inner - 6 : left + 6, y: py(y) - 6, "text-anchor": right ? "end" : "start", class: "strong"}, limit.label));
+        }
       }
       drawing.append(group, svg("rect", {class: "frame", x: left, y: y0, width: inner, height: panel.height}));
       const middle = y0 + panel.height / 2;
@@ -171,10 +179,11 @@ class Chart {
       pen = good;
     }
     group.append(svg("path", {class: "curve", d: path, stroke: curve.colour, "stroke-width": curve.width || 1.8, "stroke-dasharray": curve.dash || "none"}));
+    const size = Math.min(5, Math.max(2, 0.4 * (px(span[1]) - px(span[0])) / curve.x.length));
     (curve.marks || []).forEach(({colour, shape}, i) => {
       if (!Number.isFinite(curve.y[i])) return;
       const [x, y] = [px(curve.x[i]), py(curve.y[i])];
-      group.append(shape === "cross" ? svg("path", {d: `M${x - 5} ${y - 5}l10 10M${x - 5} ${y + 5}l10 -10`, stroke: colour, "stroke-width": 3}) : svg("circle", {cx: x, cy: y, r: 5, fill: colour}));
+      group.append(shape === "cross" ? svg("path", {d: `M${x - size} ${y - size}l${2 * size} ${2 * size}M${x - size} ${y + size}l${2 * size} ${-2 * size}`, stroke: colour, "stroke-width": 0.6 * size}) : svg("circle", {cx: x, cy: y, r: size, fill: colour}));
     });
   }
   listen(drawing) {
