@@ -12,6 +12,7 @@ from typing import Any, Literal
 
 import exudyn as exu
 import numpy as np
+from numpy.typing import NDArray
 
 from ibsdyn.assembly import Assembly, Joint
 from ibsdyn.axes import Array, is_rotation
@@ -309,6 +310,10 @@ class Translation:
     def euler_parameter_rows(self) -> list[list[int]]:
         """Return where the four Euler parameters of each floating frame are among Exudyn's coordinates."""
         return [self._rows(rigid)[3:] for rigid, _ in self.floating_nodes.values()]
+
+    def rigid_rows(self) -> NDArray[np.intp]:
+        """Return the (n, 6) rows of rigid bodies and fixations, all items of the assembly, among the coordinates."""
+        return np.array([self._rows(self.nodes[name]) for name in self.assembly.items])
 
     def rotation_rows(self) -> list[tuple[str, list[int]]]:
         """Return by rotating node its item and the three rows of its rotation among Exudyn's coordinates.
