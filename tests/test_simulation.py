@@ -268,7 +268,7 @@ def test_a_body_on_a_hinge_swings_over_a_radian_as_the_pendulum_equation_says(ax
 def test_ratios_damp_a_hinge_and_not_the_swing_itself(axis):
     """On stiff springs and with a ratio: the hinge's damper 2 zeta sqrt(k I) by hand, nothing else brakes."""
     zeta = 0.02
-    model, inertia, gravity, _ = pendulum(axis, 1e8, 1e3)
+    model, inertia, gravity, _ = pendulum(axis, 1e8, 1e5)
     hinge = model.connections["hinge"]
     model.remove("hinge")
     model.connection("hinge", "ground", "bob", position1=(0, 0, 0), stiffness=hinge.stiffness, zeta=zeta)
@@ -290,6 +290,47 @@ def test_ratios_damp_a_hinge_and_not_the_swing_itself(axis):
     exact = solve_ivp(rate, (0, time[-1]), [0, 0], t_eval=time, rtol=1e-10, atol=1e-12, max_step=0.01)
     assert exact.y[0].max() > 1.0
     np.testing.assert_allclose(record.signals[1], exact.y[0], atol=2e-4)
+
+
+@pytest.mark.parametrize("zeta", [0.0, 0.02])
+@pytest.mark.parametrize("axis", ["rx", "ry", "rz", "skew"])
+def test_a_swing_on_a_hinge_of_springs_stays_in_its_plane(axis, zeta):
+    """A push across of a millionth leaves a motion across of about its static share, however the hinge lies."""
+    turn = np.eye(3) if axis != "skew" else Rotation.from_rotvec([0.3, -0.5, 0.7]).as_matrix()
+    i = "xyz".index(axis[1]) if axis != "skew" else 0
+    hinge, across, down = turn[:, i], turn[:, (i + 1) % 3], -turn[:, (i + 2) % 3]
+    model = ibs.Model("pendulum")
+    model.fixation("ground")
+    model.rigid_body("bob", mass=2.0, cog=0.1 * down, inertia=(0.01, 0.01, 0.01, 0, 0, 0))
+    rotations = np.full(3, 1e3)
+    rotations[i] = 3.0
+    model.connection(
+        "hinge", "ground", "bob", position1=(0, 0, 0), stiffness=(*[1e6] * 3, *rotations), axes=turn, zeta=zeta
+    )
+    push = np.array([swing(t) for t in np.arange(1000) / RATE])
+    quantities = [ibs.Sensor("bob", d, quantity="displacement") for d in ("x", "y", "z", "rx", "ry", "rz")]
+    record = model.simulate(
+        {ibs.Torque("bob", hinge): push, ibs.Torque("bob", across): 1e-6 * push},
+        quantities,
+        sample_rate=RATE,
+        gravity=9.81 * down,
+        steps_per_sample=4,
+    )
+    turned = record.signals[-3:]
+    assert np.abs(hinge @ turned).max() > 1.0
+    assert np.abs(across @ turned).max() < 2e-6
+    assert np.abs(down @ turned).max() < 2e-6
+
+
+def test_a_stroke_in_a_soft_hinge_goes_where_the_linear_system_says():
+    turn = Rotation.from_rotvec([0.3, -0.5, 0.7]).as_matrix()
+    model = ibs.Model("hinge")
+    model.fixation("ground")
+    model.rigid_body("box", mass=2.0, cog=(0.05, 0, 0.1), inertia=(0.01, 0.01, 0.01, 0, 0, 0))
+    stiffness = (1e6, 2e6, 3e6, 5.0, 1e3, 2e3)
+    model.connection("hinge", "ground", "box", position1=(0, 0, 0), stiffness=stiffness, axes=turn, zeta=0.05)
+    for direction, size in (("x", 1e-8), ("y", 1e-8), ("rx", 1e-7), ("rz", 1e-7)):
+        assert frf_errors(model, ibs.Stroke("hinge", direction), size, [ibs.Sensor("box", "y")]).max() < 3e-4
 
 
 def test_ratios_do_not_brake_what_turns_with_its_base():

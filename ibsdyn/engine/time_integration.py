@@ -11,9 +11,9 @@ import exudyn.itemInterface as eii  # noqa: N813  # Exudyn's own abbreviation
 import numpy as np
 
 from ibsdyn.assembly import Assembly, Joint
-from ibsdyn.axes import Array, is_rotation
+from ibsdyn.axes import Array, is_rotation, rotate_six
 from ibsdyn.components import FlexibleBody, Inertia1D, RigidBody
-from ibsdyn.engine.translation import FlexibleMapping, Translation, checked_mapping, silent
+from ibsdyn.engine.translation import FlexibleMapping, Translation, checked_mapping, silent, spring_frame
 from ibsdyn.engine.turning_damping import TurningDamping
 from ibsdyn.errors import SimulationError
 from ibsdyn.generalized_alpha import SPECTRAL_RADIUS
@@ -299,7 +299,8 @@ class _Run:
             if self.assembly.axis is not None:
                 return set_object, spring, "offset", _numbers(drive.values)
             joint = next(joint for joint in self.assembly.joints if joint.name == signal.item)
-            return set_object, spring, "offset", np.outer(drive.values, signal.six_vector(joint))
+            offset = rotate_six(spring_frame(joint)).T @ signal.six_vector(joint)
+            return set_object, spring, "offset", np.outer(drive.values, offset)
         if self.assembly.axis is not None:
             marker = self.system.coordinate_marker(self.system.nodes[signal.item], 0)
             load = self.mbs.AddLoad(eii.LoadCoordinate(markerNumber=marker, load=0.0))
