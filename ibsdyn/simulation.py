@@ -15,7 +15,7 @@ from tqdm import tqdm
 from ibsdyn.assembly import Assembly, body_mass_matrix
 from ibsdyn.axes import Array, is_rotation
 from ibsdyn.components import FlexibleBody
-from ibsdyn.engine import BaseDrive, FlexibleMapping, LoadDrive, TimeIntegration, checked_mapping
+from ibsdyn.engine import BaseDrive, FlexibleMapping, LoadDrive, TimeIntegration, TurningDamping, checked_mapping
 from ibsdyn.errors import ExcitationError, ModelError, SimulationError, SimulationWarning, warn_user
 from ibsdyn.excitation import Excitation, positive, sample_count, sampled
 from ibsdyn.generalized_alpha import frequency_error, longest_step
@@ -100,10 +100,14 @@ def simulate(
         state = steady_state(system, loads, bases, tables, step)
     else:
         state = at_rest(system, loads, bases, tables, step)
+    damping = system.modal_damping()
+    # What a flexible body's own ratio makes does not turn along.
+    rigid = assembly.axis is None and not any(isinstance(item, FlexibleBody) for item in assembly.items.values())
     run = TimeIntegration(
         assembly=assembly,
         flexible=flexible,
-        damping=system.modal_damping(),
+        damping=damping,
+        turning_damping=TurningDamping(assembly, system.damping_forces()) if rigid and damping.any() else None,
         gravity=pull,
         drives=drives,
         recorded=recorded_items(sensors_read, assembly, flexible),
@@ -118,7 +122,8 @@ def simulate(
             tolerance,
             lambda made: bar.update(made - bar.n),
         )
-    _warn_of_large_rotations(turned, assembly, run.damping, flexible)
+    if not rigid:
+        _warn_of_large_rotations(turned, assembly, damping, flexible)
     responses = weights @ sensor_signals(sensors_read, coordinates, assembly, flexible)
     driven = [_over(e.samples, task.n_samples) for e in task.excitations]
     signals: tuple[Input | Output, ...] = (*task.inputs, *task.outputs)

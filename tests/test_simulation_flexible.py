@@ -158,7 +158,9 @@ def test_a_floating_frame_turns_far(watched):
         ibs.Sensor(item, d, position=spot, quantity="displacement") for item, spot in spots.items() for d in "xy"
     ]
     sensors.append(ibs.Sensor("flexure.tip", "rz", quantity="displacement"))
-    record = model.simulate({ibs.BaseMotion("platform", "rz", "displacement"): angle}, sensors, sample_rate=RATE)
+    # Ratios in a model with flexible bodies do not turn along; at this speed they change little.
+    with pytest.warns(ibs.SimulationWarning, match=r"turns by 0\.9 rad, but damping ratios"):
+        record = model.simulate({ibs.BaseMotion("platform", "rz", "displacement"): angle}, sensors, sample_rate=RATE)
     turn = np.array([[np.cos(angle) - 1, -np.sin(angle)], [np.sin(angle), np.cos(angle) - 1]])
     for k, spot in enumerate(spots.values()):
         circle = np.einsum("ijt,j->it", turn, (spot - base)[:2])
