@@ -134,7 +134,9 @@ class Study:
             raise ModelError(f"Study.run: executor must be a concurrent.futures.Executor, got {executor!r}.")
         system = self.model.linearize()
         nominal = np.array([quantity.evaluate(system) for quantity in self.quantities])
-        kept = None if results is None else StudyFile(Path(results), self.fingerprint(), self.name)
+        kept = (
+            None if results is None else StudyFile(Path(results), self.fingerprint(), self.name, len(self.quantities))
+        )
         finished = dict(kept.finished) if kept is not None else {}
         missing = np.array([v for v in range(len(self.samples)) if v not in finished], dtype=int)
         content = packed(Task(self.model, self.samples.addresses, self.quantities))
