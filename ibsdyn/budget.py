@@ -19,16 +19,17 @@ from ibsdyn.components import FlexibleBody
 from ibsdyn.disturbances import AnyDisturbance, Tone, checked_disturbances
 from ibsdyn.errors import AnalysisError, UnknownNameError, known_keywords, nearest
 from ibsdyn.harmonic import carried_response, harmonic_response, modal_response
+from ibsdyn.linear_system import LinearSystem, checked_system
 from ibsdyn.modes import in_hertz
 from ibsdyn.psd import require_band_overlap
 from ibsdyn.reduction_trust import warn_of_frequencies_beyond
 from ibsdyn.resonance_grid import LEAST_RATIO, ResonanceGrid, checked_band, poles, resonance_grid
 from ibsdyn.signals import Input, Output, checked_outputs
+from ibsdyn.validation import number
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from ibsdyn.linear_system import LinearSystem
 
 Complex = NDArray[np.complexfloating]
 
@@ -90,6 +91,7 @@ class VibrationBudget:
         """(n_out,) root mean square over the band, one sigma [unit]."""
         return np.sqrt(self.power)
 
+    @known_keywords
     def shares(self, by: str = "source", output: str | int = 0, source: str | None = None) -> dict[str, float]:
         """Return what part of an output's power comes from what, the largest first; they add up to 1.
 
@@ -148,6 +150,7 @@ class VibrationBudget:
         """Return the same, which says more at a prompt than the arrays."""
         return str(self)
 
+    @known_keywords
     def plot(self, limit: float | Mapping[str, float] | None = None, axes: np.ndarray | None = None) -> np.ndarray:
         """Draw the PSD above and the cumulative RMS below, total and by source, a column for each output.
 
@@ -159,15 +162,24 @@ class VibrationBudget:
         Returns
         -------
         (2, n_out) array of matplotlib Axes.
+
+        Raises
+        ------
+        ModelError : a limit that is not a number above 0.
         """
         from ibsdyn.plotting.budget import plot_budget
 
         if isinstance(limit, Mapping):
-            limits = {self._output(name): float(value) for name, value in limit.items()}
+            given = {self._output(name): value for name, value in limit.items()}
         else:
-            limits = {} if limit is None else {row: float(limit) for row in range(len(self.outputs))}
+            given = {} if limit is None else dict.fromkeys(range(len(self.outputs)), limit)
+        limits = {
+            row: number(value, f"{self.outputs[row]}: limit", self.units[row], above=0.0)
+            for row, value in given.items()
+        }
         return plot_budget(self, limits, axes)
 
+    @known_keywords
     def plot_shares(self, by: str = "part", output: str | int = 0, most: int = 10, axes: Axes | None = None) -> Axes:
         """Draw the largest shares of an output's power as bars.
 
@@ -229,6 +241,7 @@ def vibration_budget(
     S_y = G S G^H with one-sided spectra; integrals by Gauss-Legendre rules in intervals graded towards every pole,
     right at any damping.
     """
+    checked_system(system, "vibration_budget")
     sensors, causes = checked_outputs(outputs), checked_disturbances(disturbances)
     grid, limits = power_grid(system, causes, band, hysteretic)
     warn_of_frequencies_beyond(system._assembly, grid.frequencies)

@@ -106,10 +106,14 @@ class CorrelatedDisturbance:
         spectra = [psds] * n if isinstance(psds, PSD) else list(psds)
         if len(spectra) != n:
             raise ModelError(f"{what}: {n} inputs and {len(spectra)} PSDs; give one for each, or one for all.")
-        hertz = None if frequencies is None else np.array(frequencies, dtype=float, ndmin=1)
+        try:
+            hertz = None if frequencies is None else np.array(frequencies, dtype=float, ndmin=1)
+            matrix = np.ones((n, n), dtype=complex) if correlation is None else np.array(correlation, dtype=complex)
+        except (TypeError, ValueError):
+            given = correlation if frequencies is None else (correlation, frequencies)
+            raise ModelError(f"{what}: correlation and its frequencies must be numbers, got {given!r}.") from None
         if hertz is not None and (np.diff(hertz) <= 0).any():
             raise ModelError(f"{what}: frequencies of the correlation must rise.")
-        matrix = np.ones((n, n), dtype=complex) if correlation is None else np.array(correlation, dtype=complex)
         _set(
             self,
             name=name,

@@ -14,7 +14,7 @@ from ibsdyn.axes import Array
 from ibsdyn.damping import damping_matrix, modal_diagonal, modal_ratios, strain_energy_shares
 from ibsdyn.elastic_parts import ElasticPart, elastic_parts, stiffness_size, strain_rows
 from ibsdyn.engine import FlexibleMapping, linearized_matrices
-from ibsdyn.errors import EngineError, known_keywords
+from ibsdyn.errors import EngineError, ModelError, known_keywords
 from ibsdyn.frequency_response import FrequencyResponse
 from ibsdyn.harmonic import harmonic_response
 from ibsdyn.locks import eliminate_locks
@@ -206,6 +206,13 @@ class LinearSystem:
         rows = np.array([sensor_row(sensor, self._assembly) for sensor in sensors]) @ self._to_full
         n = len(self.coordinates)
         return rows[:, :n], rows[:, n:]
+
+
+def checked_system(value: object, what: str) -> LinearSystem:
+    """Return a linear system; ModelError for anything else, a model that is not linearised above all."""
+    if not isinstance(value, LinearSystem):
+        raise ModelError(f"{what} takes a linear system, from model.linearize(), got {value!r}.")
+    return value
 
 
 def linearize(assembly: Assembly, flexible: FlexibleMapping = "small-deflection") -> LinearSystem:

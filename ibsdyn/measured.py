@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from numbers import Integral
 
@@ -14,6 +14,7 @@ from ibsdyn.errors import ModelError, known_keywords
 from ibsdyn.frequency_response import FrequencyResponse
 from ibsdyn.identification import FrfEstimate
 from ibsdyn.signals import Input, Sensor, checked_inputs, checked_outputs
+from ibsdyn.validation import numbers_of
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -63,7 +64,7 @@ class MeasuredFrequencies:
             raise ModelError(f"{what}: shapes= and sensors= go together.")
         if (damping_ratios is None) != (damping_sigma is None):
             raise ModelError(f"{what}: damping_ratios= and damping_sigma= go together.")
-        numbers = None if modes is None else tuple(modes)
+        numbers = None if modes is None else tuple(modes) if isinstance(modes, Iterable) else (modes,)
         if numbers is not None and (
             len(numbers) != count
             or len(set(numbers)) < count
@@ -71,7 +72,10 @@ class MeasuredFrequencies:
         ):
             raise ModelError(f"{what}: modes must be {count} different whole numbers from 1, got {modes!r}.")
         points = () if sensors is None else checked_outputs(sensors)
-        seen = None if shapes is None else np.array(shapes, dtype=complex, ndmin=2)
+        try:
+            seen = None if shapes is None else np.array(shapes, dtype=complex, ndmin=2)
+        except (TypeError, ValueError):
+            raise ModelError(f"{what}: shapes must be (n_sensors, n_modes) numbers, got {shapes!r}.") from None
         if seen is not None and seen.shape != (len(points), count):
             raise ModelError(
                 f"{what}: shapes have shape {seen.shape}, but there are {len(points)} sensors and {count} frequencies."
@@ -129,6 +133,10 @@ class MeasuredResponse:
         band: Sequence[float] | None = None,
     ) -> None:
         what = "MeasuredResponse"
+        if not isinstance(response, FrequencyResponse):
+            raise ModelError(
+                f"{what}: response must be an ibs.FrequencyResponse, as ibs.estimate_frf gives, got {response!r}."
+            )
         sources, sensors = checked_inputs(inputs), checked_outputs(outputs)
         pairs = (
             ("inputs", sources, response.inputs, response.input_units),
@@ -148,8 +156,14 @@ class MeasuredResponse:
                 raise ModelError(f"{what}: the response does not know its uncertainty; give sigma=.")
             deviation, freedom = np.sqrt(response.variance), response.degrees_of_freedom
         else:
-            deviation = np.broadcast_to(np.asarray(sigma, dtype=float), response.response.shape)
-        lower, upper = (0.0, np.inf) if band is None else (float(f) for f in band)
+            try:
+                deviation = np.broadcast_to(np.asarray(sigma, dtype=float), response.response.shape)
+            except (TypeError, ValueError):
+                raise ModelError(
+                    f"{what}: sigma must be numbers of shape {response.response.shape} or what becomes that, got "
+                    f"{sigma!r}."
+                ) from None
+        lower, upper = (0.0, np.inf) if band is None else numbers_of(band, 2, f"{what}: band", "lower, upper [Hz]")
         lines = np.flatnonzero((response.frequencies >= lower) & (response.frequencies <= upper))
         if not len(lines):
             raise ModelError(f"{what}: no line of the response lies in the band {band}.")

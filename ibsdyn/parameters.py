@@ -5,7 +5,7 @@ from __future__ import annotations
 import numbers
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 from weakref import WeakKeyDictionary
 
 from ibsdyn.axes import INERTIA_NAMES, STIFFNESS_NAMES, is_rotation
@@ -23,6 +23,9 @@ from ibsdyn.components import (
 )
 from ibsdyn.errors import ModelError, UnknownNameError, nearest
 from ibsdyn.validation import number, point
+
+if TYPE_CHECKING:
+    from ibsdyn.model import Model
 
 DAMPING_NAMES = ("cx", "cy", "cz", "cxx", "cyy", "czz")
 POSITION_NAMES = ("x", "y", "z")
@@ -60,6 +63,15 @@ class Parameter(NamedTuple):
     entry: int
     value: float
     unit: str
+
+
+def checked_model(value: object, what: str) -> Model:
+    """Return a model; ModelError for anything else, as its linear system."""
+    from ibsdyn.model import Model  # which imports this module
+
+    if not isinstance(value, Model):
+        raise ModelError(f"{what} takes an ibs.Model, got {value!r}.")
+    return value
 
 
 def model_parameters(

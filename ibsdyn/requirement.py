@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from ibsdyn.errors import ModelError, known_keywords, nearest
+from ibsdyn.linear_system import LinearSystem, checked_system
 from ibsdyn.quantities import Quantity
 from ibsdyn.validation import number
-
-if TYPE_CHECKING:
-    from ibsdyn.linear_system import LinearSystem
 
 SENSES = ("<=", ">=")
 
@@ -97,7 +94,8 @@ class Requirement:
         Raises
         ------
         AnalysisError : the quantity has no value, as that of a mode that does not exist.
+        ModelError : no linear system; ``model.check_requirements()`` takes those of a model.
         """
-        value = self.quantity.evaluate(system)
+        value = self.quantity.evaluate(checked_system(system, f"requirement {self.name!r}"))
         margin = (self.limit - value) / self.limit if self.sense == "<=" else (value - self.limit) / self.limit
         return RequirementResult(self.name, value, self.limit, self.quantity.unit, margin >= 0.0, margin, self.sense)

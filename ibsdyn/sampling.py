@@ -13,7 +13,7 @@ import scipy.stats
 
 from ibsdyn.axes import Array
 from ibsdyn.errors import ModelError, UnknownNameError, known_keywords
-from ibsdyn.parameters import nearest_address
+from ibsdyn.parameters import checked_model, nearest_address
 from ibsdyn.validation import checked_seed, number
 
 if TYPE_CHECKING:
@@ -198,7 +198,8 @@ def one_at_a_time(model: Model, levels: Mapping[str, Sequence[float]]) -> Sample
     ModelError : no parameter, no level, a level that is no number.
     """
     checked = _checked_levels(levels, "one_at_a_time")
-    nominal = np.array([_nominal(model.parameters(), address, "one_at_a_time") for address in checked])
+    known = checked_model(model, "one_at_a_time").parameters()
+    nominal = np.array([_nominal(known, address, "one_at_a_time") for address in checked])
     rows = []
     for place, values in enumerate(checked.values()):
         for value in values:
@@ -226,7 +227,7 @@ def variants(model: Model, changes: Sequence[Mapping[str, float]]) -> Samples:
     if not listed or not all(isinstance(change, Mapping) for change in listed):
         raise ModelError(f"variants: give a list of dicts {{address: value}}, got {changes!r}.")
     addresses = list(dict.fromkeys(address for change in listed for address in change))
-    known = model.parameters()
+    known = checked_model(model, "variants").parameters()
     nominal = {address: _nominal(known, address, "variants") for address in addresses}
     rows = [
         [_level(change.get(address, nominal[address]), f"variants: {address}") for address in addresses]
@@ -249,7 +250,7 @@ def _checked_tolerances(model: Model, tolerances: Tolerance | Sequence[Tolerance
     listed: list[Any] = list(tolerances) if isinstance(tolerances, (list, tuple)) else [tolerances]
     if not listed or not all(isinstance(each, Tolerance) for each in listed):
         raise ModelError(f"tolerances must be ibs.Tolerance, one or a list of them, got {tolerances!r}.")
-    known = model.parameters()
+    known = checked_model(model, "drawing variants").parameters()
     seen: set[str] = set()
     for tolerance in listed:
         for address in tolerance.addresses:

@@ -16,7 +16,7 @@ from ibsdyn.harmonic import checked_frequencies
 from ibsdyn.linear_system import LinearSystem
 from ibsdyn.mode_derivatives import ModeDerivatives, mode_derivatives
 from ibsdyn.parameter_derivatives import MatrixChange, MotionBasis, matrix_changes
-from ibsdyn.parameters import Parameter, chosen_parameters, model_parameters
+from ibsdyn.parameters import Parameter, checked_model, chosen_parameters, model_parameters
 from ibsdyn.quantities import ModeDamping, ModeFrequency, PeakResponse, Quantity, ResponseAt, RmsResponse
 from ibsdyn.response_derivatives import ResponseDerivatives
 from ibsdyn.sensitivity_results import PLACE_STEP, RELATIVE_STEP, ResponseSensitivities, Sensitivities
@@ -196,7 +196,7 @@ def sensitivities(
     differences.
     """
     listed = checked_quantities(quantities)
-    system = model.linearize()
+    system = checked_model(model, "sensitivities").linearize()
     values = np.array([quantity.evaluate(system) for quantity in listed])
     derivatives = _derivatives(model, system, parameters, "sensitivities")
     rows = []
@@ -246,7 +246,7 @@ def response_sensitivities(
     """
     sources, sensors = checked_inputs(inputs), checked_outputs(outputs)
     hertz = checked_frequencies(frequencies)
-    system = model.linearize()
+    system = checked_model(model, "response_sensitivities").linearize()
     response = system.frf(sources, sensors, hertz)
     derivatives = _derivatives(model, system, parameters, "response_sensitivities")
     changes = derivatives.responses(sources, sensors).derivatives_at(hertz)

@@ -15,6 +15,7 @@ from ibsdyn.axes import Array
 from ibsdyn.errors import AnalysisError, ModelError, known_keywords
 from ibsdyn.excitation import Excitation, positive, sample_count, sampled
 from ibsdyn.harmonic import checked_frequencies
+from ibsdyn.linear_system import LinearSystem, checked_system
 from ibsdyn.signals import Input, Output, checked_inputs, checked_outputs
 from ibsdyn.time_record import TimeRecord
 from ibsdyn.validation import number
@@ -22,7 +23,6 @@ from ibsdyn.validation import number
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from ibsdyn.linear_system import LinearSystem
 
 # The peak of a vibration that is sampled this often a period is seen to 1 - cos(pi/32) = 0.5 %.
 SAMPLES_PER_PERIOD = 32
@@ -91,6 +91,7 @@ def transient_response(
     run is ``model.simulate``.
     """
     what = "transient_response"
+    checked_system(system, what)
     if not isinstance(excitations, Mapping) or not excitations:
         raise ModelError(f"{what}: excitations must be a dict {{input: signal}}, got {excitations!r}.")
     sources = checked_inputs(list(excitations))
@@ -195,6 +196,10 @@ def shock_response_spectrum(
     is quick.
     """
     what = "shock_response_spectrum"
+    if not isinstance(record, TimeRecord):
+        raise ModelError(
+            f"{what} takes an ibs.TimeRecord, from ibs.transient_response or ibs.read_record, got {record!r}."
+        )
     if channel is None and len(record.names) > 1:
         raise ModelError(f"{what}: {record.title!r} has several channels; name one of {list(record.names)}.")
     row = 0 if channel is None else record.index(channel)

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from tqdm import tqdm
 
-from ibsdyn.errors import ModelError, UnknownNameError, known_keywords
+from ibsdyn.errors import ModelError, StudyError, UnknownNameError, known_keywords
 from ibsdyn.fingerprint import fingerprint
-from ibsdyn.parameters import nearest_address
+from ibsdyn.parameters import checked_model, nearest_address
 from ibsdyn.quantities import Quantity
 from ibsdyn.requirement import Requirement
 from ibsdyn.sampling import Samples
@@ -62,7 +62,7 @@ class Study:
     ) -> None:
         if not isinstance(samples, Samples) or not len(samples):
             raise ModelError(f"Study: samples must come from ibs.monte_carlo, full_factorial ..., got {samples!r}.")
-        known = model.parameters()
+        known = checked_model(model, "Study").parameters()
         for address in samples.addresses:
             if address not in known:
                 raise UnknownNameError(
@@ -134,7 +134,7 @@ class Study:
             raise ModelError(f"Study.run: executor must be a concurrent.futures.Executor, got {executor!r}.")
         system = self.model.linearize()
         nominal = np.array([quantity.evaluate(system) for quantity in self.quantities])
-        kept = None if results is None else StudyFile(Path(results), self.fingerprint(), self.name)
+        kept = None if results is None else self._file(results)
         finished = dict(kept.finished) if kept is not None else {}
         missing = np.array([v for v in range(len(self.samples)) if v not in finished], dtype=int)
         content = packed(Task(self.model, self.samples.addresses, self.quantities))
@@ -151,6 +151,14 @@ class Study:
                 finished |= {result.variant: result for result in chunk}
                 bar.update(len(chunk))
         return self._gathered(nominal, [finished[v] for v in range(len(self.samples))])
+
+    def _file(self, results: str | PathLike[str]) -> StudyFile:
+        try:
+            return StudyFile(Path(results), self.fingerprint(), self.name, len(self.quantities))
+        except TypeError:
+            raise StudyError(f"Study.run: results must be the path of a file, got {results!r}.") from None
+        except OSError as error:
+            raise StudyError(f"Study.run: {results} cannot be used: {error.strerror or error}.") from error
 
     def fingerprint(self) -> str:
         """Return a hash of the model, the samples and the quantities: what the results depend on."""

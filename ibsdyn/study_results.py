@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from numbers import Integral, Real
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -111,8 +112,11 @@ class StudyResults:
         return self.quantities.index(str(quantity))
 
     def parameters(self, variant: int) -> dict[str, float]:
-        """Return the parameters of one variant, counted from 0, by address."""
-        return self.study.samples.parameters(variant)
+        """Return the parameters of one variant, counted from 0, by address; AnalysisError if there is none."""
+        count = len(self.values)
+        if isinstance(variant, bool) or not isinstance(variant, Integral) or not -count <= variant < count:
+            raise AnalysisError(f"the study has variants 0 to {count - 1}, got {variant!r}.")
+        return self.study.samples.parameters(int(variant))
 
     def model(self, variant: int) -> Model:
         """Return one variant, counted from 0, as a model."""
@@ -124,8 +128,11 @@ class StudyResults:
         Raises
         ------
         UnknownNameError : a quantity that was not asked for.
-        AnalysisError : no variant of it was calculated.
+        AnalysisError : no variant of it was calculated, or percentages beside 0 to 100.
         """
+        shares = np.asarray(percent)
+        if shares.dtype.kind not in "iuf" or not ((shares >= 0) & (shares <= 100)).all():
+            raise AnalysisError(f"percent must be numbers from 0 to 100, got {percent!r}.")
         return np.asarray(np.percentile(self._calculated(quantity), percent))
 
     @known_keywords
@@ -150,7 +157,7 @@ class StudyResults:
                 f"the variants are of the kind {self.study.samples.kind!r}; odds need random ones, from "
                 "ibs.monte_carlo or ibs.latin_hypercube."
             )
-        if not 0.0 < confidence < 1.0:
+        if not isinstance(confidence, Real) or not 0.0 < confidence < 1.0:
             raise AnalysisError(f"confidence must lie between 0 and 1, got {confidence!r}.")
         found = []
         for requirement in self.study.requirements:

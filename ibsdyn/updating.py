@@ -16,9 +16,9 @@ from ibsdyn.few_averages import equivalent_chi_squared, scatter_of_residuals
 from ibsdyn.linear_system import LinearSystem
 from ibsdyn.measured import Measured, MeasuredFrequencies, MeasuredResponse, checked_measured
 from ibsdyn.mode_matching import ModeTracker
-from ibsdyn.parameters import Parameter, chosen_parameters, model_parameters
+from ibsdyn.parameters import Parameter, checked_model, chosen_parameters, model_parameters
 from ibsdyn.sensitivity import SystemDerivatives
-from ibsdyn.validation import in_words
+from ibsdyn.validation import in_words, numbers_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -181,6 +181,7 @@ def fit(
     Modes are followed by their shapes as parameters change.
     """
     listed = checked_measured(measured)
+    checked_model(model, "fit")
     known = model_parameters(model.items, model.connections, model.axis)
     chosen = chosen_parameters(known, parameters, "fit")
     scale = np.array([_scale(parameter) for parameter in chosen])
@@ -325,13 +326,18 @@ def _scale(parameter: Parameter) -> float:
 
 def _bounds(parameters: Sequence[Parameter], given: Mapping[str, tuple[float, float]]) -> tuple[Array, Array]:
     addresses = [parameter.address for parameter in parameters]
+    if not isinstance(given, Mapping):
+        raise ModelError(f"fit: bounds must be a dict {{address: (lower, upper)}}, got {given!r}.")
     for address in given:
         if address not in addresses:
-            raise UnknownNameError(f"fit: bounds of {address!r}, which is not fitted. {nearest(address, addresses)}")
+            raise UnknownNameError(
+                f"fit: bounds of {address!r}, which is not fitted. {nearest(str(address), addresses)}"
+            )
     lower, upper = [], []
     for parameter in parameters:
         signed = parameter.kind == "place" or (parameter.kind == "inertia" and parameter.entry >= 3)
-        low, high = given.get(parameter.address, (-np.inf if signed else LEAST_SHARE * parameter.value, np.inf))
+        own = given.get(parameter.address, (-np.inf if signed else LEAST_SHARE * parameter.value, np.inf))
+        low, high = numbers_of(own, 2, f"fit: bounds of {parameter.address}", f"lower, upper [{parameter.unit}]")
         if not low < parameter.value < high:
             raise ModelError(
                 f"fit: {parameter.address} begins at {parameter.value:g}, which its bounds {(low, high)} leave out."

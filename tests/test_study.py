@@ -312,6 +312,29 @@ def test_a_torn_file_goes_on(tmp_path, cut):
     assert path.stat().st_size == size
 
 
+@pytest.mark.parametrize(
+    "damaged",
+    [
+        {"variants": 5},
+        {"variants": [3, {"variant": 1}]},
+        {"variants": [{"variant": 1, "values": [1.0, 2.0], "failures": {}}]},
+        {"variants": [{"variant": 1, "values": ["ten"], "failures": {}}]},
+        {"variants": [{"variant": "1", "values": [1.0], "failures": {}}]},
+        {"variants": [{"variant": 1, "values": [1.0], "failures": None}]},
+    ],
+)
+def test_damaged_lines_are_calculated_again(tmp_path, damaged):
+    path = tmp_path / "results.jsonl"
+    study = ibs.Study(oscillator(), scatter(3), F1)
+    whole = study.run(workers=1, results=path).values
+    head = path.read_bytes().split(b"\n")[0]
+    path.write_bytes(head + b"\n" + json.dumps(damaged).encode() + b"\n")
+    np.testing.assert_array_equal(study.run(workers=1, results=path).values, whole)
+    path.write_bytes(b'{"format": "ibsdyn study 1"}\n')
+    with pytest.raises(ibs.StudyError, match="no results file"):
+        study.run(workers=1, results=path)
+
+
 def test_failures_come_back_from_the_file(tmp_path):
     path = tmp_path / "results.jsonl"
     samples = ibs.variants(oscillator(), [{"m.mass": 1.0}, {"m.mass": -1.0}])
@@ -344,9 +367,9 @@ def test_a_file_of_another_study_is_refused_and_stays(tmp_path):
 
 def test_what_is_added_can_be_read_at_once(tmp_path):
     path = tmp_path / "results.jsonl"
-    writer = StudyFile(path, "abc", "study")
+    writer = StudyFile(path, "abc", "study", 2)
     writer.add([VariantResult(3, (1.5, None), {"second": "why"})])
-    assert StudyFile(path, "abc", "study").finished == {3: VariantResult(3, (1.5, None), {"second": "why"})}
+    assert StudyFile(path, "abc", "study", 2).finished == {3: VariantResult(3, (1.5, None), {"second": "why"})}
 
 
 def test_fingerprints_tell_contents_apart(tmp_path):
