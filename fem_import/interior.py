@@ -60,6 +60,8 @@ class Interior:
         order = elimination_order(graph, node_of_row) if len(self.rows) else None
         del graph
 
+        if not is_free and not np.any(tied_rigidly):
+            _refuse_held_in_part(part)
         motion = np.zeros((len(self.rows), 0))
         if needs_ground:
             centre = part.positions.mean(axis=0)
@@ -110,6 +112,19 @@ def _isostatic_rows(motion: FloatArray) -> IntArray:
     scale = np.linalg.norm(motion, axis=0)
     _, _, order = linalg.qr((motion / scale).T, mode="economic", pivoting=True)
     return np.asarray(order[:6], dtype=np.int64)
+
+
+def _refuse_held_in_part(part: FEModel) -> None:
+    """Refuse a part that ground holds in some directions only and no interface rigidly: its K is singular."""
+    motion = part.rigid_body_motion(part.positions.mean(axis=0))
+    size = np.linalg.norm(motion, axis=0)
+    motion /= np.where(size > 0.0, size, 1.0)
+    energy = motion.T @ (RowParallel(part.K) @ motion)
+    if np.linalg.eigvalsh(0.5 * (energy + energy.T))[0] < 1e-12 * part.K.diagonal().max():
+        raise ReductionError(
+            f"{part.source} is held to ground in some directions and free in others (half of a symmetric part?), which "
+            "averaged interfaces alone cannot bear. Tie one of them rigidly, or export the part free."
+        )
 
 
 def _refuse_separate_bodies(
