@@ -12,6 +12,8 @@ from fem_import.reduced_body import ReducedBody
 
 FloatArray: TypeAlias = NDArray[np.float64]
 
+_RIGID = 1e-14  # of the highest eigenvalue: what rounding leaves of rigid-body modes is below
+
 
 def flexible_modes(body: ReducedBody) -> tuple[FloatArray, FloatArray]:
     """Return frequencies (k,) [Hz] and shapes (n, k) of unit modal mass; rigid-body modes are left out.
@@ -21,6 +23,7 @@ def flexible_modes(body: ReducedBody) -> tuple[FloatArray, FloatArray]:
     scale = 1.0 / np.sqrt(np.diag(body.M))
     weights = np.outer(scale, scale)
     values, shapes = linalg.eigh(body.K * weights, body.M * weights)
-    rigid = 6 if body.is_free else 0
+    # A part held in some directions only (half of a symmetric one) has rigid-body modes too.
+    rigid = 6 if body.is_free else int(np.count_nonzero(values < _RIGID * values[-1]))
     frequencies = np.sqrt(np.maximum(values[rigid:], 0.0)) / (2.0 * np.pi)
     return frequencies, scale[:, None] * shapes[:, rigid:]

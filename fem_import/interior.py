@@ -51,10 +51,17 @@ class Interior:
         K = principal_submatrix(part.K, self.rows, upper=True)
         _, node_of_row = np.unique(part.dof_nodes()[self.rows], return_inverse=True)
         graph = node_graph(K, node_of_row)
-        _refuse_loose_pieces(part, self.rows, graph, node_of_row, averaged, needs_ground)
+        n_pieces, piece_of_node = csgraph.connected_components(graph, directed=False)
+        piece_of_row = piece_of_node[node_of_row].astype(np.int64)
+        if is_free:
+            _refuse_separate_bodies(part, self.rows, n_pieces, piece_of_row, interfaces)
+        if not needs_ground or n_pieces > 1:
+            _refuse_loose_pieces(part, self.rows, n_pieces, piece_of_row, averaged)
         order = elimination_order(graph, node_of_row) if len(self.rows) else None
         del graph
 
+        if not is_free and not np.any(tied_rigidly):
+            _refuse_held_in_part(part)
         motion = np.zeros((len(self.rows), 0))
         if needs_ground:
             centre = part.positions.mean(axis=0)
@@ -107,19 +114,55 @@ def _isostatic_rows(motion: FloatArray) -> IntArray:
     return np.asarray(order[:6], dtype=np.int64)
 
 
+def _refuse_held_in_part(part: FEModel) -> None:
+    """Refuse a part that ground holds in some directions only and no interface rigidly: its K is singular."""
+    motion = part.rigid_body_motion(part.positions.mean(axis=0))
+    size = np.linalg.norm(motion, axis=0)
+    motion /= np.where(size > 0.0, size, 1.0)
+    energy = motion.T @ (RowParallel(part.K) @ motion)
+    if np.linalg.eigvalsh(0.5 * (energy + energy.T))[0] < 1e-12 * part.K.diagonal().max():
+        raise ReductionError(
+            f"{part.source} is held to ground in some directions and free in others (half of a symmetric part?), which "
+            "averaged interfaces alone cannot bear. Tie one of them rigidly, or export the part free."
+        )
+
+
+def _refuse_separate_bodies(
+    part: FEModel, rows: IntArray, n_pieces: int, piece_of_row: IntArray, interfaces: tuple[TiedInterface, ...]
+) -> None:
+    """Refuse a free part whose interfaces are on bodies that may move against each other: rounding would join them.
+
+    rows: the inside, piece_of_row: which of its pieces each row is on. Pieces hang together by the interfaces.
+    """
+    owner = np.full(len(part.dofs), -1)
+    owner[rows] = piece_of_row
+    for number, interface in enumerate(interfaces, start=n_pieces):
+        if interface.tie == "rigid":
+            owner[interface.rows] = number
+    links = []
+    for number, interface in enumerate(interfaces, start=n_pieces):
+        touched = part.K[interface.rows].indices if interface.tie == "rigid" else interface.rows
+        links += [(number, other) for other in np.unique(owner[touched]).tolist()]
+    ends = np.array(links).T
+    size = n_pieces + len(interfaces)
+    graph = sparse.coo_array((np.ones(len(links)), (ends[0], ends[1])), shape=(size, size))
+    body_of_interface = csgraph.connected_components(graph, directed=False)[1][n_pieces:]
+    for name_at in np.flatnonzero(body_of_interface != body_of_interface[0])[:1]:
+        raise ReductionError(
+            f"{part.source} is {len(np.unique(body_of_interface))} bodies that nothing joins: interface "
+            f"{interfaces[0].name!r} is on one and {interfaces[name_at].name!r} on another. Join their meshes, or "
+            "export and reduce each by itself and connect them in the model."
+        )
+
+
 def _refuse_loose_pieces(
     part: FEModel,
     rows: IntArray,
-    graph: SparseMatrix,
-    node_of_row: IntArray,
+    n_pieces: int,
+    piece_of_row: IntArray,
     averaged: list[TiedInterface],
-    needs_ground: bool,
 ) -> None:
     """A piece that no interface reaches makes the held stiffness singular, which a solver need not notice."""
-    n_pieces, piece_of_node = csgraph.connected_components(graph, directed=False)
-    if needs_ground and n_pieces == 1:
-        return
-    piece_of_row = piece_of_node[node_of_row]
     motion = np.zeros((len(part.dofs), 6))
     motion[rows] = part.rigid_body_motion(part.positions.mean(axis=0))[rows]
     strain = np.max(abs(RowParallel(part.K) @ motion), axis=1)[rows]

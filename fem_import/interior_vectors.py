@@ -22,6 +22,7 @@ from fem_import.tall_blocks import combine, inner, subtract
 FloatArray: TypeAlias = NDArray[np.float64]
 SparseMatrix: TypeAlias = "sparse.csr_array[Any, tuple[int, int]]"
 
+_HELD = 1e-9  # stiffness against the softest motion of the frames, scaled to ones on the diagonal
 _MASSLESS = 1e-12  # of a rigid-body motion's mass, scaled to ones on the diagonal
 _NEW_DIRECTION = 1e-6  # of a vector's size: what is left over of it beyond modes and the others
 
@@ -79,7 +80,10 @@ def free_interface_modes(
     mass = RowParallel(part.M)
     bending = constraint[:, 6:] if is_free else constraint
     stiffness = bending.T @ (RowParallel(part.K) @ bending)
-    compliance = linalg.inv(0.5 * (stiffness + stiffness.T)) if bending.shape[1] else np.zeros((0, 0))
+    stiffness = 0.5 * (stiffness + stiffness.T)
+    if not is_free:
+        _refuse_held_in_part(part, stiffness)
+    compliance = linalg.inv(stiffness) if bending.shape[1] else np.zeros((0, 0))
     rigid = np.zeros((len(part.dofs), 0))
     if is_free:
         rigid = part.rigid_body_motion(part.positions.mean(axis=0))
@@ -109,6 +113,18 @@ def free_interface_modes(
     return InteriorModes(
         new_directions(inside, none, interior), n_below, _next_frequency(eigenvalues, n_below), np.empty(0)
     )
+
+
+def _refuse_held_in_part(part: FEModel, stiffness: FloatArray) -> None:
+    """Refuse a part that is held in some directions only: its frames still move without strain."""
+    diagonal = np.diag(stiffness).reshape(-1, 2, 3)  # of interfaces, translations and rotations, axes
+    largest = np.broadcast_to(diagonal.max(axis=(0, 2), keepdims=True), diagonal.shape)
+    scale = 1.0 / np.sqrt(np.maximum(diagonal, 1e-12 * largest)).ravel()
+    if linalg.eigvalsh(stiffness * np.outer(scale, scale))[0] < _HELD:
+        raise ReductionError(
+            f"{part.source} is held to ground in some directions and free in others (half of a symmetric part?), for "
+            "which method='craig-chang' does not work. Take 'craig-bampton', or export it free."
+        )
 
 
 def new_directions(vectors: FloatArray, modes: FloatArray, interior: Interior) -> FloatArray:

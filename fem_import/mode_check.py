@@ -138,8 +138,8 @@ def mode_check(
         raise ReductionError(f"n_modes must be a whole number above 0; got {n_modes!r}.")
     if max_frequency is not None and not (isinstance(max_frequency, Real) and max_frequency > 0.0):
         raise ReductionError(f"max_frequency must be a positive number of Hz; got {max_frequency!r}.")
-    rigid = 6 if body.is_free else 0
     reduced_values, reduced_shapes = flexible_modes(body)
+    rigid = len(body.K) - len(reduced_values)
     limit = body.max_frequency if max_frequency is None else max_frequency
     count = int(np.count_nonzero(reduced_values <= limit)) if n_modes is None else min(n_modes, len(reduced_values))
     if count == 0:

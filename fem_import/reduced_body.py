@@ -24,6 +24,7 @@ FloatArray: TypeAlias = NDArray[np.float64]
 
 FRAME_DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 _SYMMETRY = 1e-9
+_ROUNDING = 1e-12  # of the largest stiffness of its kind (translation, rotation, mode): what free motion may leave
 _INDEFINITE = 1e-9
 _FREE = 1e-8
 USEFUL_SHARE = 1.5
@@ -126,7 +127,7 @@ class ReducedBody:
         for name in ("M", "K", "C"):
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, _checked_symmetric(name, getattr(self, name), size))
-        _refuse_indefinite(self.M, self.K, self.coordinates)
+        _refuse_indefinite(self.M, self.K, self.coordinates, n_frames)
         for sensor in self.sensors.values():
             if sensor.motion.shape not in ((3, size), (6, size)):
                 raise ExportError(
@@ -338,7 +339,7 @@ def _checked_symmetric(name: str, matrix: FloatArray, size: int) -> FloatArray:
     return np.asarray(0.5 * (matrix + matrix.T))
 
 
-def _refuse_indefinite(M: FloatArray, K: FloatArray, coordinates: Sequence[str]) -> None:
+def _refuse_indefinite(M: FloatArray, K: FloatArray, coordinates: Sequence[str], n_frames: int) -> None:
     """M must be positive definite, K semi-definite, both scaled to a unit diagonal (m and rad alike)."""
     massless = np.flatnonzero(np.diag(M) == 0.0).tolist()
     if len(massless):
@@ -356,8 +357,13 @@ def _refuse_indefinite(M: FloatArray, K: FloatArray, coordinates: Sequence[str])
             f"in {most}. Motion without mass cannot be integrated in time; give its node some mass and inertia, or "
             "condense it."
         )
-    lowest = np.linalg.eigvalsh(_unit_diagonal(K))[0]
-    if np.any(np.diag(K) < 0.0) or lowest < -_INDEFINITE:
+    # Rows of free motion hold rounding only, which must not be judged as if it were stiffness.
+    kinds = np.arange(len(K)) % 6 // 3
+    kinds[n_frames:] = 2
+    floors = np.array([_ROUNDING * np.diag(K)[kinds == kind].max(initial=0.0) for kind in range(3)])
+    lifted = K + np.diag(floors[kinds])
+    lowest = np.linalg.eigvalsh(_unit_diagonal(lifted))[0]
+    if np.any(np.diag(lifted) < 0.0) or lowest < -_INDEFINITE:
         raise ExportError(
             f"K is not positive semi-definite: scaled to a unit diagonal it has an eigenvalue {lowest:.3g}."
         )

@@ -90,7 +90,8 @@ def read_body(path: str | os.PathLike[str]) -> ReducedBody:
     if not source.is_file():
         raise MissingFileError(f"{source} does not exist.")
     try:
-        with np.load(source, allow_pickle=False) as archive:
+        # np.load leaves a file open that it cannot read, unless it is given an open one.
+        with source.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
             arrays = {name: archive[name] for name in archive.files}
     except (
         OSError,

@@ -166,8 +166,9 @@ def _rotations_to_reference(
         kinds = f" Elements {', '.join(deck.expanded_elements)} are expanded by ccx." if deck.expanded_elements else ""
         raise ExportError(
             f"{name} names node {missing[0]}, which the deck does not define ({len(missing)} such). Nodes "
-            "that ccx makes "
-            f"itself (expanded shells and beams) have no position; mesh with solids.{kinds}"
+            "that ccx makes itself (expanded shells and beams, *COUPLING, *DISTRIBUTING COUPLING) have no position. "
+            "Mesh with solids; leave couplings out and tie their nodes here, fi.reduce(part, {'tip': 'SET'}), or use "
+            f"*RIGID BODY.{kinds}"
         )
     return result, labels
 

@@ -291,6 +291,24 @@ def test_a_loose_piece_is_refused(tie):
         fi.reduce(part, {"base": "LEFT"}, 1e4, tie=tie)
 
 
+@pytest.mark.parametrize("tie", ["rigid", "average"])
+def test_two_bodies_in_one_export_are_refused_unless_an_interface_joins_them(tie):
+    block = brick_block((2, 1, 1), (0.02, 0.01, 0.01))
+    n, left, right = len(block.positions), block.node_sets["LEFT"], block.node_sets["RIGHT"]
+    K, M = (sparse.csr_array(sparse.block_diag([matrix, matrix])) for matrix in (block.K, block.M))
+    both = fi.FEModel.from_arrays(K, M, np.vstack([block.positions, block.positions + (0.1, 0, 0)]), 3, units="SI")
+    for ends in (
+        {"a": left, "b": right + n},
+        {"a": left, "b": right, "c": right + n},
+        {"a": np.arange(1, n + 1), "b": right + n},
+    ):
+        with pytest.raises(fi.ReductionError, match="is 2 bodies that nothing joins: interface 'a' is on one and"):
+            fi.reduce(both, ends, 300e3, tie=tie)
+    joined = fi.reduce(both, {"ab": fi.Interface(np.concatenate([right, left + n]), tie="rigid")}, 300e3)
+    found = frequencies(joined.K, joined.M)
+    assert np.count_nonzero(found < 1.0) == 6
+
+
 def test_everything_rigid_leaves_no_interior():
     block = brick_block((1, 1, 1), (0.01, 0.01, 0.01))
     body = fi.reduce(fi.FEModel.from_arrays(**block.arrays), {"all": np.arange(1, 9)}, 1e4)

@@ -325,6 +325,34 @@ def test_pairs_of_a_symmetric_part_agree_in_shape_too(tie, method):
     assert abs(check.tied[1] / check.tied[0] - 1) < 1e-6
 
 
+@pytest.fixture(scope="module")
+def half():
+    """Half of a symmetric part: y held on the plane y = 0, free to move in x, z and about y."""
+    block = brick_block((6, 2, 2), (0.06, 0.02, 0.02))
+    on_plane = np.flatnonzero(block.positions[:, 1] < 1e-9) + 1
+    kept = np.flatnonzero((block.dofs[:, 1] != 2) | ~np.isin(block.dofs[:, 0], on_plane))
+    K, M = (np.asarray(matrix.toarray())[np.ix_(kept, kept)] for matrix in (block.K, block.M))
+    sets = {name: np.setdiff1d(nodes, on_plane) for name, nodes in block.node_sets.items()}
+    return fi.FEModel.from_arrays(K, M, block.positions, block.dofs[kept], node_sets=sets, units="SI")
+
+
+@pytest.mark.parametrize("interfaces", [ENDS, {"base": "LEFT"}])
+def test_a_part_that_is_held_in_some_directions_only(half, interfaces):
+    body = fi.reduce(half, interfaces, 120e3)
+    found = frequencies(body.K, body.M)
+    assert np.count_nonzero(found < 1.0) == 3
+    check = fi.mode_check(half, body, n_modes=3)
+    expected = frequencies(half.K.toarray(), half.M.toarray())[3:6]
+    np.testing.assert_allclose(check.full, expected, rtol=1e-9)
+    assert np.max(abs(check.differences)) < 1e-3
+    assert check.missed == 0
+    np.testing.assert_allclose(check.mac, np.eye(3), atol=1e-3)
+    with pytest.raises(fi.ReductionError, match=r"in some directions and free in others.*'craig-chang'"):
+        fi.reduce(half, interfaces, 120e3, method="craig-chang")
+    with pytest.raises(fi.ReductionError, match=r"in some directions and free in others.*averaged"):
+        fi.reduce(half, interfaces, 120e3, tie="average")
+
+
 def test_a_line_of_point_masses_has_no_free_modes():
     beam = euler_beam(0.2, 4, 7e10, 2.7e10, 2700.0, 1e-4, 1e-9, 2e-9)
     lumped = np.diag(np.where(beam.dofs[:, 1] <= 3, 1e-3, 0.0))
