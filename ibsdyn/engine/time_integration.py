@@ -29,7 +29,7 @@ REPORTS = 200
 SPARSE_SIZE = 50
 # Damping follows bodies that have turned by this [rad] since it last did: of what it brakes wrongly no more is left.
 # Whether they have is looked at every so many steps until they do, then in each.
-TURN, LOOK = 1e-3, 8
+TURN, LOOK = 1e-3, 32
 # A coordinate beyond this [m, rad] is a run that diverges; no machine of this toolbox is a kilometre long.
 BLOW_UP = 1e3
 
@@ -299,7 +299,9 @@ class _Run:
             if self.assembly.axis is not None:
                 return set_object, spring, "offset", _numbers(drive.values)
             joint = next(joint for joint in self.assembly.joints if joint.name == signal.item)
-            offset = rotate_six(spring_frame(joint)).T @ signal.six_vector(joint)
+            frame, offset = spring_frame(joint), signal.six_vector(joint)
+            if frame is not None:
+                offset = rotate_six(frame).T @ offset
             return set_object, spring, "offset", np.outer(drive.values, offset)
         if self.assembly.axis is not None:
             marker = self.system.coordinate_marker(self.system.nodes[signal.item], 0)

@@ -213,20 +213,20 @@ class Translation:
                 }
             )
             return
+        spring: dict[str, Any] = {
+            "objectType": "ConnectorRigidBodySpringDamper",
+            "markerNumbers": self.joint_markers(joint),
+            "stiffness": joint.stiffness,
+            "damping": joint.damping,
+            # The intrinsic formulation's Jacobian of the damper is wrong by 20 to 30 % (exudyn 1.13.6).
+            "useIntrinsicFormulation": False,
+        }
         frame = spring_frame(joint)
-        both = rotate_six(frame)
-        self.springs[joint.name] = self.mbs.AddObject(
-            {
-                "objectType": "ConnectorRigidBodySpringDamper",
-                "markerNumbers": self.joint_markers(joint),
-                "stiffness": both.T @ joint.stiffness @ both,
-                "damping": both.T @ joint.damping @ both,
-                "rotationMarker0": frame,
-                "rotationMarker1": frame,
-                # The intrinsic formulation's Jacobian of the damper is wrong by 20 to 30 % (exudyn 1.13.6).
-                "useIntrinsicFormulation": False,
-            }
-        )
+        if frame is not None:
+            both = rotate_six(frame)
+            spring |= {"stiffness": both.T @ joint.stiffness @ both, "damping": both.T @ joint.damping @ both}
+            spring |= {"rotationMarker0": frame, "rotationMarker1": frame}
+        self.springs[joint.name] = self.mbs.AddObject(spring)
 
     def joint_markers(self, joint: Joint) -> list[int]:
         """Return markers of both ends of a joint, in its elastic centre."""
@@ -339,19 +339,20 @@ class Translation:
         return list(self.mbs.systemData.GetNodeLTGODE2(node))
 
 
-def spring_frame(joint: Joint) -> Array:
-    """Return the (3, 3) axes, as columns, in which a joint's spring measures: global, or its softest rotation last.
+def spring_frame(joint: Joint) -> Array | None:
+    """Return the (3, 3) axes, as columns, in which a joint's spring measures, its softest rotation last; None: global.
 
     Exudyn measures rotations as angles of R = Rx Ry Rz and puts the moments on the axes of the first end. With a large
     angle last all three belong together. With it first, as of a hinge about x, stiff moments about the other two are
     on axes that have not turned along: they bring in energy, and the body flutters.
     """
-    stiffness = np.array(joint.connection.stiffness[3:])
-    softest = int(stiffness.argmin())
+    soft, middle, _ = sorted(joint.connection.stiffness[3:])
+    if not soft < SOFT * middle:
+        return None
+    softest = joint.connection.stiffness[3:].index(soft)
     axes = joint.connection.axes_matrix
-    others = np.delete(stiffness, softest)
-    if not stiffness[softest] < SOFT * others.min() or abs(axes[2, softest]) == 1.0:
-        return np.eye(3)
+    if abs(axes[2, softest]) == 1.0:
+        return None
     turned: Array = axes[:, [(softest + 1) % 3, (softest + 2) % 3, softest]]
     return turned
 
