@@ -42,6 +42,7 @@ html_title = "ibsdyn"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_show_sphinx = False
+html_show_copyright = False
 html_copy_source = False
 html_extra_path = ["written"]  # the reports that the pages write
 html_theme_options = {"navigation_with_keys": True}

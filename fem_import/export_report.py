@@ -66,8 +66,11 @@ class ExportReport:
             ("node sets", ", ".join(self.node_sets) or "none"),
         ]
         if self.is_free:
-            frequency = f"below {max(self.rigid_body_frequencies.max(), 1e-6):.1g} Hz"
-            rows.insert(9, ("rigid-body modes at", frequency))
+            highest = self.rigid_body_frequencies.max()
+            frequency = (
+                "unknown: a rigid-body motion moves no mass" if np.isnan(highest) else f"{max(highest, 1e-6):.1g} Hz"
+            )
+            rows.insert(9, ("rigid-body modes below", frequency))
         width = max(len(label) for label, _ in rows)
         lines = [f"{label:<{width}}  {value}" for label, value in rows]
         lines += [f"! {finding}" for finding in self.findings] or ["no findings"]

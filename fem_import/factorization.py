@@ -107,8 +107,14 @@ def _by_pardiso(upper: SparseMatrix, order: IntArray | None, definite: bool) -> 
     memory = physical_memory()
     try:
         return PardisoFactor(upper, pardiso.POSITIVE_DEFINITE, order, _SHARE_IN_DOUBLE * memory)
-    except FactorTooLargeError:
+    except FactorTooLargeError as error:
+        in_double = error.size
+    try:
         return MixedPrecisionFactor(upper, order, _LARGEST_SHARE * memory)
+    except ReductionError:  # slender parts may be too ill-conditioned for it
+        if in_double > _LARGEST_SHARE * memory:
+            raise
+    return PardisoFactor(upper, pardiso.POSITIVE_DEFINITE, order)
 
 
 def _name(has_order: bool) -> str:

@@ -101,11 +101,13 @@ def check_interface_name(name: object) -> None:
 def tie_one(part: FEModel, name: str, interface: Interface, default_tie: str) -> TiedInterface:
     """Resolve one interface on a model. Raises InterfaceError in words, UnknownNameError for sets and ties."""
     tie = check_tie(default_tie if interface.tie is None else interface.tie)
-    node_ids = node_labels(part, name, interface.nodes)
+    node_ids = node_labels(part, f"Interface {name!r}", interface.nodes)
     weights = _weights(part, name, interface.weights, tie, node_ids)
     node_ids, weights = node_ids[weights > 0.0], weights[weights > 0.0]
     at = positions_of(part, node_ids)
-    position = at.mean(axis=0) if interface.position is None else checked_position(name, interface.position)
+    position = (
+        at.mean(axis=0) if interface.position is None else checked_position(f"Interface {name!r}", interface.position)
+    )
     if interface.position is None and tie == "average":
         position = weights @ at / weights.sum()
     radius = float(np.max(np.linalg.norm(at - position, axis=1)))
@@ -128,44 +130,47 @@ def positions_of(part: FEModel, node_ids: IntArray) -> FloatArray:
     return np.asarray(part.positions[found[np.argsort(part.node_ids[found])]])
 
 
-def node_labels(part: FEModel, name: str, nodes: Nodes) -> IntArray:
-    """Return the ascending labels of nodes given in any form. Raises InterfaceError, UnknownNameError."""
+def node_labels(part: FEModel, what: str, nodes: Nodes) -> IntArray:
+    """Return the ascending labels of nodes given in any form; what: "Interface 'tip'" in errors.
+
+    Raises InterfaceError, UnknownNameError.
+    """
     if isinstance(nodes, Selection):
         try:
             return nodes.nodes(part)
         except InterfaceError as error:
-            raise InterfaceError(f"Interface {name!r}: {error}") from None
+            raise InterfaceError(f"{what}: {error}") from None
     if isinstance(nodes, str):
         labels = part.node_sets[nodes]
         if len(labels) == 0:
-            raise InterfaceError(f"Interface {name!r}: the node set {nodes!r} is empty.")
+            raise InterfaceError(f"{what}: the node set {nodes!r} is empty.")
         return labels
     try:
         given = np.atleast_1d(np.asarray(nodes))
     except ValueError as error:
-        raise InterfaceError(f"Interface {name!r}: nodes must be a set's name or node labels; {error}.") from None
+        raise InterfaceError(f"{what}: nodes must be a set's name or node labels; {error}.") from None
     if given.ndim != 1 or given.size == 0 or not np.issubdtype(given.dtype, np.integer):
         raise InterfaceError(
-            f"Interface {name!r}: nodes must be a set's name, whole-number labels, a region as fi.Plane(...) or a "
+            f"{what}: nodes must be a set's name, whole-number labels, a region as fi.Plane(...) or a "
             f"fi.Interface; got {nodes!r}."
         )
     unique, counts = np.unique(given.astype(np.int64), return_counts=True)
     if len(unique) < len(given):
-        raise InterfaceError(f"Interface {name!r} names node {unique[counts > 1][0]} more than once.")
+        raise InterfaceError(f"{what} names node {unique[counts > 1][0]} more than once.")
     unknown = unique[~np.isin(unique, part.node_ids)]
     if len(unknown):
-        raise InterfaceError(f"Interface {name!r} names node {unknown[0]}, which {part.source} does not have.")
+        raise InterfaceError(f"{what} names node {unknown[0]}, which {part.source} does not have.")
     return unique
 
 
-def checked_position(name: str, position: ArrayLike) -> FloatArray:
+def checked_position(what: str, position: ArrayLike) -> FloatArray:
     """Return a position (3,) [m]; InterfaceError unless it is one."""
     try:
         point = np.asarray(position, dtype=np.float64)
     except (TypeError, ValueError):
         point = np.empty(0)
     if point.shape != (3,) or not np.all(np.isfinite(point)):
-        raise InterfaceError(f"Interface {name!r}: position must be three finite numbers [m]; got {position!r}.")
+        raise InterfaceError(f"{what}: position must be three finite numbers [m]; got {position!r}.")
     return point
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg, sparse
 
+from fem_import.errors import ReductionError
 from fem_import.fe_model import FEModel
 from fem_import.interfaces import TiedInterface
 from fem_import.interior import Interior
@@ -21,6 +22,7 @@ from fem_import.tall_blocks import combine, inner, subtract
 FloatArray: TypeAlias = NDArray[np.float64]
 SparseMatrix: TypeAlias = "sparse.csr_array[Any, tuple[int, int]]"
 
+_MASSLESS = 1e-12  # of a rigid-body motion's mass, scaled to ones on the diagonal
 _NEW_DIRECTION = 1e-6  # of a vector's size: what is left over of it beyond modes and the others
 
 
@@ -82,8 +84,14 @@ def free_interface_modes(
     if is_free:
         rigid = part.rigid_body_motion(part.positions.mean(axis=0))
         gram = rigid.T @ (mass @ rigid)
-        values, axes = linalg.eigh(gram)
-        rigid = rigid @ (axes / np.sqrt(values))
+        scale = 1.0 / np.sqrt(np.where(np.diag(gram) > 0.0, np.diag(gram), 1.0))
+        values, axes = linalg.eigh(gram * np.outer(scale, scale))
+        if values[0] < _MASSLESS:
+            raise ReductionError(
+                f"{part.source} has no inertia against one of its rigid-body motions (point masses in a line?), so it "
+                "has no modes by itself. Give it some inertia there."
+            )
+        rigid = rigid @ (scale[:, None] * axes / np.sqrt(values))
     mass_rigid = mass @ rigid
 
     def solve(loads: FloatArray) -> FloatArray:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from fem_import.errors import ReductionError
-from fem_import.pardiso import POSITIVE_DEFINITE, PardisoFactor
+from fem_import.pardiso import POSITIVE_DEFINITE, PardisoError, PardisoFactor
 from fem_import.threads import side_by_side
 
 FloatArray: TypeAlias = NDArray[np.float64]
@@ -19,6 +19,12 @@ SparseMatrix: TypeAlias = "sparse.csr_array[Any, tuple[int, int]]"
 _COLUMNS_AT_ONCE = 12
 _ERROR = 1e-13  # of a solution, in the energy norm
 _MOST_STEPS = 40
+_ZERO_PIVOT = -4  # PARDISO's code
+_ILL_CONDITIONED = (
+    "The stiffness is singular or not positive definite, or too ill-conditioned for a factor in single precision, and "
+    "one in double precision does not fit into the memory of this machine. Does the part have loose pieces? Otherwise "
+    "use a machine with more memory, or a coarser mesh away from the interfaces."
+)
 
 
 class MixedPrecisionFactor:
@@ -38,6 +44,8 @@ class MixedPrecisionFactor:
     ------
     PardisoError
         As of `PardisoFactor`; FactorTooLargeError among them.
+    ReductionError
+        If the matrix is so ill-conditioned that single precision is no help.
 
     Notes
     -----
@@ -57,7 +65,17 @@ class MixedPrecisionFactor:
         values *= self._scale[upper.indices, 0]
         scaled = sparse.csr_array((values.astype(np.float32), upper.indices, upper.indptr), shape=upper.shape)
         del values
-        self._factor = PardisoFactor(scaled, POSITIVE_DEFINITE, order, largest)
+        try:
+            self._factor = PardisoFactor(scaled, POSITIVE_DEFINITE, order, largest)
+        except PardisoError as error:
+            if error.code != _ZERO_PIVOT:
+                raise
+            raise ReductionError(_ILL_CONDITIONED) from None
+        try:
+            self.solve(np.random.default_rng(7).standard_normal((upper.shape[0], 1)) / self._scale)
+        except ReductionError:
+            self._factor.release()
+            raise
 
     def solve(self, right_sides: FloatArray) -> FloatArray:
         """Return A^-1 B, (n, k) in column order.
@@ -73,10 +91,6 @@ class MixedPrecisionFactor:
             answer[:, some] = self._conjugate_gradients(right_sides[:, some])
         return answer
 
-    def release(self) -> None:
-        """Give the memory of the factor back."""
-        self._factor.release()
-
     def _conjugate_gradients(self, loads: FloatArray) -> FloatArray:
         answer = self._roughly(loads)
         energy = _dots(loads, answer)
@@ -85,7 +99,7 @@ class MixedPrecisionFactor:
         direction = correction.copy(order="C")
         error = _dots(residual, correction)
         for _ in range(_MOST_STEPS):
-            unfinished = error > _ERROR**2 * np.abs(energy)
+            unfinished = ~(error <= _ERROR**2 * np.abs(energy))  # what is not finite is not finished either
             if not np.any(unfinished):
                 return answer
             image = self._times(direction)
@@ -98,11 +112,7 @@ class MixedPrecisionFactor:
             direction *= _ratio(following, error)
             direction += correction
             error = np.where(unfinished, following, 0.0)
-        raise ReductionError(
-            "The stiffness is singular or not positive definite, or too ill-conditioned for a factor in single "
-            "precision, and one in double precision does not fit into the memory of this machine. Does the part have "
-            "loose pieces? Otherwise use a machine with more memory, or a coarser mesh away from the interfaces."
-        )
+        raise ReductionError(_ILL_CONDITIONED)
 
     def _roughly(self, loads: FloatArray) -> FloatArray:
         # A small right side would be lost among numbers that single precision has not.

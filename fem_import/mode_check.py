@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
+from numbers import Integral, Real
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -36,7 +38,9 @@ class ModeCheck:
     full : (k,) the model as exported [Hz].
     tied : (k,) the full model with its rigid interfaces made rigid [Hz].
     reduced : (k,) the reduced body [Hz].
-    mac : (k, k) modal assurance criterion, mass-weighted, [tied, reduced]; None for a body loaded from a file.
+    mac : (k, k) modal assurance criterion, mass-weighted, [tied, reduced]; None for a body loaded from a file. Modes of
+        one frequency (the pairs of a symmetric part) have no axes of their own: those of the body are first turned
+        onto those of the full model.
     max_frequency : the body's cut-off [Hz].
     missed : modes of the full tied model in this range that are in no list, by a Sturm count; None where the solver
         cannot count. Anything but 0 means that the list is not to be trusted.
@@ -130,20 +134,22 @@ def mode_check(
         )
     if n_modes is not None and max_frequency is not None:
         raise ReductionError("Give n_modes or max_frequency, not both.")
-    if (n_modes is not None and n_modes < 1) or (max_frequency is not None and not max_frequency > 0.0):
-        raise ReductionError(f"n_modes and max_frequency must be positive; got {n_modes!r}, {max_frequency!r}.")
+    if n_modes is not None and (not isinstance(n_modes, Integral) or isinstance(n_modes, bool) or n_modes < 1):
+        raise ReductionError(f"n_modes must be a whole number above 0; got {n_modes!r}.")
+    if max_frequency is not None and not (isinstance(max_frequency, Real) and max_frequency > 0.0):
+        raise ReductionError(f"max_frequency must be a positive number of Hz; got {max_frequency!r}.")
     rigid = 6 if body.is_free else 0
     reduced_values, reduced_shapes = flexible_modes(body)
     limit = body.max_frequency if max_frequency is None else max_frequency
     count = int(np.count_nonzero(reduced_values <= limit)) if n_modes is None else min(n_modes, len(reduced_values))
     if count == 0:
-        first = f"{reduced_values[0]:.4g}" if len(reduced_values) else "none"
-        raise ReductionError(f"No flexible mode of the body lies below {limit:g} Hz (first: {first} Hz).")
+        first = f"the first: {reduced_values[0]:.4g} Hz" if len(reduced_values) else "it has none at all"
+        raise ReductionError(f"No flexible mode of the body lies below {limit:g} Hz ({first}).")
 
     shift = (2.0 * np.pi * reduced_values[0]) ** 2
     tie = _tie_matrix(part, body)
     K, M = _project(part.K, tie), _project(part.M, tie)
-    found, tied_shapes = _full_modes(K, M, shift, rigid, count)
+    found, shapes = _full_modes(K, M, shift, rigid, count)
     missed = _missed(K, M, found, rigid, count)
     tied_frequencies = found[rigid : rigid + count]
     has_rigid_tie = any(frame.tie == "rigid" for frame in body.interfaces.values())
@@ -152,7 +158,11 @@ def mode_check(
         full = _full_modes(part.K, part.M, shift, rigid, count)[0][rigid : rigid + count]
     mac = None
     if body.basis is not None:
-        mac = _assurance(tie @ tied_shapes, body.basis @ reduced_shapes[:, :count], part.M)
+        reach = min(len(found) - rigid, reduced_shapes.shape[1])
+        clusters = _clusters(found[rigid : rigid + reach], count)
+        reach = clusters[-1].stop
+        tied_shapes = tie @ shapes[:, rigid : rigid + reach]
+        mac = _assurance(tied_shapes, body.basis @ reduced_shapes[:, :reach], part.M, clusters)[:count, :count]
     return ModeCheck(full, tied_frequencies, reduced_values[:count], mac, body.max_frequency, missed)
 
 
@@ -184,11 +194,11 @@ def _project(matrix: SparseMatrix, tie: SparseMatrix) -> SparseMatrix:
 def _full_modes(
     K: SparseMatrix, M: SparseMatrix, shift: float, rigid: int, count: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Return all frequencies found (rigid first, two beyond the count) and the counted flexible shapes."""
+    """Return all frequencies and shapes found: rigid ones first, two beyond the count."""
     factor = factorize(sparse.csr_array(K + shift * M), "The shifted stiffness of the full model")
     shifted, shapes = lowest_modes(factor.solve, M, lambda estimates: min(rigid + count + 1, len(estimates)))
     frequencies = np.sqrt(np.maximum(shifted - shift, 0.0)) / (2.0 * np.pi)
-    return np.asarray(frequencies), shapes[:, rigid : rigid + count]
+    return np.asarray(frequencies), shapes
 
 
 def _missed(K: SparseMatrix, M: SparseMatrix, found: FloatArray, rigid: int, count: int) -> int | None:
@@ -207,7 +217,20 @@ def _missed(K: SparseMatrix, M: SparseMatrix, found: FloatArray, rigid: int, cou
     return None if n_below is None else n_below - last
 
 
-def _assurance(first: FloatArray, second: FloatArray, M: SparseMatrix) -> FloatArray:
+def _clusters(frequencies: FloatArray, count: int) -> list[slice]:
+    """Return the runs of equal frequencies that hold the first `count`, single ones too."""
+    apart = np.flatnonzero(np.diff(frequencies) > _GAP * frequencies[1:]) + 1
+    edges = [0, *apart.tolist(), len(frequencies)]
+    return [slice(start, stop) for start, stop in itertools.pairwise(edges) if start < count]
+
+
+def _assurance(first: FloatArray, second: FloatArray, M: SparseMatrix, clusters: list[slice]) -> FloatArray:
+    """Return the MAC, the second shapes turned within each cluster to agree best with the first (Procrustes)."""
     cross = first.T @ (M @ second)
+    for cluster in clusters:
+        left, _, right = np.linalg.svd(cross[cluster, cluster])
+        turn = (left @ right).T
+        cross[:, cluster] = cross[:, cluster] @ turn
+        second[:, cluster] = second[:, cluster] @ turn
     own = [np.einsum("ij,ij->j", shapes, M @ shapes) for shapes in (first, second)]
     return np.asarray(cross**2 / np.outer(*own))

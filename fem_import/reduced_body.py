@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, TypeAlias
@@ -126,7 +126,7 @@ class ReducedBody:
         for name in ("M", "K", "C"):
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, _checked_symmetric(name, getattr(self, name), size))
-        _refuse_indefinite(self.M, self.K)
+        _refuse_indefinite(self.M, self.K, self.coordinates)
         for sensor in self.sensors.values():
             if sensor.motion.shape not in ((3, size), (6, size)):
                 raise ExportError(
@@ -338,12 +338,23 @@ def _checked_symmetric(name: str, matrix: FloatArray, size: int) -> FloatArray:
     return np.asarray(0.5 * (matrix + matrix.T))
 
 
-def _refuse_indefinite(M: FloatArray, K: FloatArray) -> None:
+def _refuse_indefinite(M: FloatArray, K: FloatArray, coordinates: Sequence[str]) -> None:
     """M must be positive definite, K semi-definite, both scaled to a unit diagonal (m and rad alike)."""
-    if np.any(np.diag(M) <= 0.0) or np.linalg.eigvalsh(_unit_diagonal(M))[0] <= 0.0:
+    massless = np.flatnonzero(np.diag(M) == 0.0).tolist()
+    if len(massless):
         raise ExportError(
-            f"M is not positive definite (smallest diagonal entry {np.diag(M).min():.4g}). A coordinate without mass "
-            "cannot be integrated in time; give it some, or condense it."
+            f"M is not positive definite: {coordinates[massless[0]]} has no mass ({len(massless)} such), which cannot "
+            "be integrated in time. Give its node a mass and inertia that is small for the part (CONM2, MASS21, "
+            "*MASS, *ROTARY INERTIA). The rotations of a single node of solid elements hold nothing: tie the nodes "
+            "of the interface to one reference node (RBE2, RBE3, coupling) and retain that."
+        )
+    values, vectors = np.linalg.eigh(_unit_diagonal(M))
+    if values[0] <= 0.0:
+        most = coordinates[int(np.argmax(abs(vectors[:, 0])))]
+        raise ExportError(
+            f"M is not positive definite: scaled to a unit diagonal it has an eigenvalue {values[0]:.3g}, most of it "
+            f"in {most}. Motion without mass cannot be integrated in time; give its node some mass and inertia, or "
+            "condense it."
         )
     lowest = np.linalg.eigvalsh(_unit_diagonal(K))[0]
     if np.any(np.diag(K) < 0.0) or lowest < -_INDEFINITE:

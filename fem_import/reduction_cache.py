@@ -35,6 +35,8 @@ class ReductionCache:
         recipe: Recipe,
     ) -> None:
         """Find the place by a hash over all inputs; raises ReductionError if the folder cannot be one."""
+        if not isinstance(folder, (str, os.PathLike)) or not os.fspath(folder) or "\0" in os.fsdecode(folder):
+            raise ReductionError(f"cache must be a folder; got {folder!r}.")
         self._folder = Path(folder)
         if self._folder.exists() and not self._folder.is_dir():
             raise ReductionError(f"cache={str(folder)!r} is a file; give a folder.")

@@ -71,7 +71,7 @@ def _observed(part: FEModel, name: str, given: Interface) -> ObservedPoint:
             f"Sensor {name!r}: tie='rigid' would stiffen the part; make it an interface if that is meant."
         )
     nodes = [int(given.nodes)] if isinstance(given.nodes, (int, np.integer)) else given.nodes
-    node_ids = node_labels(part, name, nodes)
+    node_ids = node_labels(part, f"Sensor {name!r}", nodes)
     rows = np.flatnonzero(np.isin(part.dofs[:, 0], node_ids))
     if len(node_ids) == 1 and len(rows) == 6:
         return _of_a_node_that_turns(part, name, given, node_ids, rows)
@@ -91,14 +91,14 @@ def _of_a_node_that_turns(
     part: FEModel, name: str, given: Interface, node_ids: IntArray, rows: IntArray
 ) -> ObservedPoint:
     at = positions_of(part, node_ids)[0]
-    position = at if given.position is None else checked_position(name, given.position)
+    position = at if given.position is None else checked_position(f"Sensor {name!r}", given.position)
     matrix = rigid_motion_at(position, at)[:, part.dofs[rows, 1] - 1]
     return ObservedPoint(name, position, node_ids, rows, matrix)
 
 
 def _translations_only(part: FEModel, name: str, given: Interface, node_ids: IntArray, rows: IntArray) -> ObservedPoint:
     centre = positions_of(part, node_ids).mean(axis=0)
-    position = centre if given.position is None else checked_position(name, given.position)
+    position = centre if given.position is None else checked_position(f"Sensor {name!r}", given.position)
     if np.linalg.norm(position - centre) > 1e-6 * np.linalg.norm(np.ptp(part.positions, axis=0)):
         shape = "a single node" if len(node_ids) == 1 else f"{len(node_ids)} nodes on one line"
         raise InterfaceError(

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from fem_import.errors import ReductionError, UnknownKeywordError
+from fem_import.errors import InterfaceError, ReductionError, UnknownKeywordError
 from fem_import.fe_model import FEModel
 from fem_import.flexible_modes import flexible_modes
 from fem_import.interfaces import Interface, Nodes
@@ -105,6 +105,8 @@ def compare_ties(part: FEModel, interfaces: Mapping[str, Interface | Nodes], max
     ------
     InterfaceError, ReductionError, UnknownNameError : as ``fi.reduce``, and where no flexible mode can be compared.
     """
+    if not isinstance(interfaces, Mapping):
+        raise InterfaceError(f"interfaces must be a mapping {{name: nodes}} with at least one; got {interfaces!r}.")
     listed = {name: given if isinstance(given, Interface) else Interface(given) for name, given in interfaces.items()}
     averaged = {name: replace(item, tie="average") for name, item in listed.items()}
     average = reduce(part, averaged, max_frequency)

@@ -18,7 +18,13 @@ def whole_file(path: Path) -> Iterator[Path]:
     ------
     OSError : it cannot be written; what was there stays.
     """
-    handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", suffix=path.suffix, dir=path.parent)
+    try:
+        handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", suffix=path.suffix, dir=path.parent)
+    except OSError as error:
+        error.filename = str(path)  # what was asked for, not the file beside it
+        if not path.parent.is_dir():
+            error.strerror = f"the folder {path.parent} does not exist; make it first"
+        raise
     os.close(handle)
     try:
         yield Path(temporary)

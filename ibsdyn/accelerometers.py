@@ -14,7 +14,7 @@ from ibsdyn.components import Point
 from ibsdyn.errors import ModelError, RecordError, RecordWarning, known_keywords, warn_user
 from ibsdyn.signals import Direction, Sensor
 from ibsdyn.time_record import TimeRecord
-from ibsdyn.validation import checked_names, number, numbers_of, point
+from ibsdyn.validation import checked_names, checked_seed, number, numbers_of, point
 
 UNIT = "m/s²"
 _AXES = ("x", "y", "z")
@@ -187,7 +187,8 @@ def accelerometer_record(
     """
     listed = checked_accelerometers(accelerometers)
     field = np.array(point(gravity, "gravity"))
-    generator = np.random.default_rng(seed)
+    seeds = None if seed is None else [checked_seed(one) for one in (seed if isinstance(seed, Sequence) else (seed,))]
+    generator = np.random.default_rng(seeds)
     rotations: dict[str, Rotation] = {}
     channels = []
     for one in listed:

@@ -20,6 +20,7 @@ from ibsdyn.disturbances import AnyDisturbance, Tone, checked_disturbances
 from ibsdyn.errors import AnalysisError, UnknownNameError, known_keywords, nearest
 from ibsdyn.harmonic import carried_response, harmonic_response, modal_response
 from ibsdyn.linear_system import LinearSystem, checked_system
+from ibsdyn.modes import in_hertz
 from ibsdyn.psd import require_band_overlap
 from ibsdyn.reduction_trust import warn_of_frequencies_beyond
 from ibsdyn.resonance_grid import LEAST_RATIO, ResonanceGrid, checked_band, poles, resonance_grid
@@ -391,11 +392,16 @@ def _cross_powers(
 
 
 def _mode_powers(system: LinearSystem, seen: Array, modal: Array, carried: Array) -> dict[str, Array]:
-    hertz = system._modal[0] / (2 * np.pi)
-    powers = {
-        f"mode {r + 1} ({hertz[r]:.4g} Hz)": seen[:, None, r] * modal[:, :, r] for r in range(len(system.coordinates))
-    }
+    omega, _, rigid = system._modal
+    powers = {_mode_label(system, r): seen[:, None, r] * modal[:, :, r] for r in range(len(omega)) if not rigid[r]}
+    if rigid.any():
+        # Modes at 0 Hz are a basis of rigid motions among many; their shares mean something only together.
+        powers[RIGID] = np.einsum("or,odr->od", seen[:, rigid], modal[:, :, rigid])
     return powers | {CARRIED: carried}
+
+
+def _mode_label(system: LinearSystem, mode: int) -> str:
+    return f"mode {mode + 1} ({in_hertz(system._modal[0][mode] / (2 * np.pi))} Hz)"
 
 
 def _part_powers(system: LinearSystem, seen: Array, modal: Array, carried: Array) -> dict[str, Array]:
@@ -446,8 +452,8 @@ def _refuse_undamped(
     """Refuse an undamped mode that takes part: the integral over its resonance is infinite, the grid's sum is not."""
     for frequency in _undamped(system, grid, hysteretic):
         # Undamped poles of systems that have damping elsewhere still lie at the frequency of an undamped mode.
-        number = int(np.argmin(np.abs(system._modal[0] / (2 * np.pi) - frequency)))
-        label, power = list(modes.items())[number]
+        label = _mode_label(system, int(np.argmin(np.abs(system._modal[0] / (2 * np.pi) - frequency))))
+        power = modes.get(label, np.zeros(1))
         if (np.abs(power) > UNDAMPED_SHARE * source_power).any():
             raise AnalysisError(
                 f"{label} has no damping and the disturbances drive it: the RMS is infinite. Give the connections that "

@@ -208,6 +208,9 @@ def compare(
     mode, or from the half-power points where there are too few lines.
     """
     level = checked_confidence(confidence)
+    for what, given in (("model", model), ("test", test)):
+        if not isinstance(given, FrequencyResponse):
+            raise AnalysisError(f"compare: {what} must be an ibs.FrequencyResponse or an estimate, got {given!r}.")
     theirs = dict(names or {})
     for name in theirs:
         known = (*test.outputs, *test.inputs)

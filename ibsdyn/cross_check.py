@@ -16,6 +16,7 @@ from ibsdyn.model import Model
 from ibsdyn.multisine import Multisine
 from ibsdyn.signals import Input, Sensor, checked_inputs, checked_outputs
 from ibsdyn.simulation import steps_needed
+from ibsdyn.validation import number
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +121,11 @@ def cross_check(
     -----
     A run starts in the linear steady state; its second period counts, when the first has brought it near its own.
     """
-    rms = np.unique(np.atleast_1d(np.asarray(amplitudes, dtype=float)))
+    try:
+        rms = np.unique(np.atleast_1d(np.asarray(amplitudes, dtype=float)))
+    except (TypeError, ValueError):
+        raise ModelError(f"cross_check: amplitudes must be finite RMS values, got {amplitudes!r}.") from None
+    allowed = number(tolerance, "cross_check: tolerance (a share of the peak)", "", above=0.0)
     if not rms.size or not np.isfinite(rms).all() or rms[0] <= 0:
         raise ModelError(f"cross_check: amplitudes must be finite RMS values above zero, got {amplitudes!r}.")
     if not isinstance(excitation, Multisine):
@@ -163,7 +168,7 @@ def cross_check(
         linear=linear,
         nonlinear=nonlinear,
         deviation=deviation,
-        tolerance=float(tolerance),
+        tolerance=allowed,
         failures=failures,
         input=driven.name,
         input_unit=driven.unit,

@@ -212,6 +212,8 @@ def sampled(samples: ArrayLike, sample_rate: float, name: str) -> Excitation:
     ExcitationError : not real numbers, fewer than two, not finite.
     """
     try:
+        if np.iscomplexobj(samples):
+            raise TypeError
         values = np.array(samples, dtype=float)
     except (TypeError, ValueError):
         raise ExcitationError(f"{name}: the samples must be real numbers (n,), got {samples!r}.") from None

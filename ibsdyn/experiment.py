@@ -25,7 +25,7 @@ from ibsdyn.records.channel_table import Channels
 from ibsdyn.records.read import read_record
 from ibsdyn.signals import BaseMotion
 from ibsdyn.time_record import TimeRecord
-from ibsdyn.validation import number
+from ibsdyn.validation import checked_seed, number
 
 # Components of a motion below this share of the largest are rounding of the rotation matrix.
 _ROUNDING = 1e-12
@@ -197,6 +197,7 @@ class Campaign:
                 raise ModelError(f"Campaign.simulate: excitations must be as from ibs.multisine, got {excitation!r}.")
             self._warn_of_stroke(excitation)
         self._check(model)
+        drawn = checked_seed(seed)
         records = []
         for repeat, excitation in enumerate(listed):
             for place, run in enumerate(self.runs):
@@ -212,7 +213,7 @@ class Campaign:
                 title = run.name if len(listed) == 1 else f"{run.name}, realisation {repeat + 1}"
                 records.append(
                     accelerometer_record(
-                        replace(motion, title=title), accelerometers, run.gravity, seed=(seed, repeat, place)
+                        replace(motion, title=title), accelerometers, run.gravity, seed=(drawn, repeat, place)
                     )
                 )
         return records
@@ -238,6 +239,8 @@ class Campaign:
         RecordError : a run that is unknown, a channel that is missing or not in m/s², runs of different sample rate.
         """
         known = {run.name: run for run in self.runs}
+        if not isinstance(paths, Mapping) or not paths:
+            raise RecordError(f"paths must be a dict {{name of the run: file}} of one or more, got {paths!r}.")
         records = []
         for name, path in paths.items():
             if name not in known:
@@ -277,6 +280,7 @@ class Campaign:
         Raises
         ------
         ModelError : the model lacks the fixation or an item.
+        AnalysisError : frequencies that are none, or 0 Hz, where accelerometers show nothing.
 
         Notes
         -----
@@ -284,7 +288,14 @@ class Campaign:
         shows at f what the linear model has at tan(pi f step) / (pi step).
         """
         self._check(model)
-        asked = np.atleast_1d(np.asarray(frequencies, dtype=np.float64))
+        try:
+            asked = np.atleast_1d(np.asarray(frequencies, dtype=np.float64))
+        except (TypeError, ValueError):
+            raise AnalysisError(f"frequencies must be numbers [Hz], got {frequencies!r}.") from None
+        if (asked == 0.0).any():
+            raise AnalysisError(
+                "frequencies: at 0 Hz accelerometers show nothing, and a response between them is none; begin above it."
+            )
         at = asked if step is None else _shown_by_integrator(asked, number(step, "step", "s", above=0.0))
         motions = [BaseMotion(self.platform.fixation, direction) for direction in DIRECTIONS]
         sensors = [one.sensor for one in (*self.inputs, *self.outputs)]
@@ -318,6 +329,8 @@ class Campaign:
         return x, y, z
 
     def _check(self, model: Model) -> Fixation:
+        if not isinstance(model, Model):
+            raise ModelError(f"Campaign: model must be an ibs.Model, got {model!r}.")
         item = model.items.get(self.platform.fixation)
         if not isinstance(item, Fixation):
             known = [name for name, one in model.items.items() if isinstance(one, Fixation)]

@@ -179,6 +179,20 @@ class LinearSystem:
         damping[np.ix_(places, places)] = damping_matrix(self.M, self.K_base, natural, shapes, rigid, self._ratios)
         return damping
 
+    def damping_forces(self) -> dict[str, Array]:
+        """Return the forces of connections whose F F^T is the damping of the ratios, where all bodies are rigid.
+
+        Returns
+        -------
+        By connection (r, n_modes) at its elastic centre on its second end, global axes: those of each mode, times the
+        root of 2 zeta_r / omega_r³.
+        """
+        natural, shapes, rigid = self._modal
+        kept = ~rigid
+        moved = self._to_full[:, : len(self.coordinates)] @ shapes[:, kept]
+        scaled = moved * np.sqrt(2.0 * self._ratios[kept] / natural[kept] ** 3)
+        return {joint.name: joint.stiffness @ joint.relative @ scaled for joint in self._assembly.joints}
+
     def base_motion(self, signal: Input) -> Array:
         """Return the (n_base,) base displacements of a unit motion of a fixation."""
         return base_column(signal, self._assembly)  # type: ignore[arg-type]  # the caller has told it from a force

@@ -612,15 +612,17 @@ class Model:
 
         Warns
         -----
-        SimulationWarning : steps that are too coarse; a periodic base acceleration with a mean.
+        SimulationWarning : steps that are too coarse; a periodic base acceleration with a mean; flexible bodies that
+            turn further than small deflection, or damping ratios beside them, allow.
 
         Notes
         -----
         Sensors show motion along global directions: displacement of a point from where it is undeformed (the sag under
         gravity is part of it), the rotation vector of a body, angular velocity and acceleration; relative_to subtracts
         the motion of the other item at the same point. Forces keep their global direction and act on their point as it
-        moves. A fixation turns by R = Rx Ry Rz. Damping ratios act as in the linear system, on small motions about the
-        undeformed state. The integrator (generalised-alpha) shows at f what the linear model has at
+        moves. A fixation turns by R = Rx Ry Rz. Damping ratios act as in the linear system; what they brake turns along
+        with rigid bodies, but not in models with flexible bodies, where explicit dampers do. The integrator
+        (generalised-alpha) shows at f what the linear model has at
         tan(pi f h)/(pi h), h being the step.
         """
         return simulate(

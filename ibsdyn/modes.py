@@ -79,12 +79,10 @@ class Modes:
         wide = max(len(words) for words in [*strain, "strain energy in"])
         lines = [f"mode  frequency [Hz]  zeta [%]  {'strain energy in':{wide}}  kinetic energy of"]
         for r in range(shown):
-            lines.append(
-                f"{r + 1:4d}  {self.frequencies[r]:14.4g}  {100 * self.damping_ratios[r]:8.3g}  {strain[r]:{wide}}  "
-                f"{_leading(self.kinetic_energy, r)}"
-            )
+            numbers = f"{r + 1:4d}  {in_hertz(self.frequencies[r]):>14}  {100 * self.damping_ratios[r]:8.3g}"
+            lines.append(f"{numbers}  {strain[r]:{wide}}  {_leading(self.kinetic_energy, r)}")
         if len(self) > shown:
-            lines.append(f"      ... {len(self) - shown} more, up to {self.frequencies[-1]:.4g} Hz")
+            lines.append(f"      ... {len(self) - shown} more, up to {in_hertz(self.frequencies[-1])} Hz")
         return "\n".join(lines)
 
     def __repr__(self) -> str:
@@ -188,6 +186,11 @@ def undamped_modes(M: Array, rows: Array) -> tuple[Array, Array, np.ndarray]:
     largest = np.abs(shapes).argmax(axis=0)
     shapes = shapes * np.where(shapes[largest, np.arange(n)] < 0, -1.0, 1.0)
     return omega, shapes, omega == 0
+
+
+def in_hertz(frequency: float) -> str:
+    """Return a frequency with four digits as people read it: 10110 rather than 1.011e+04."""
+    return f"{frequency:.4g}" if frequency < 1e4 else f"{float(f'{frequency:.4g}'):.0f}"
 
 
 def _leading(shares: Mapping[str, Array], mode: int) -> str:

@@ -223,6 +223,8 @@ class MotionReconstruction:
         )
 
     def _readings(self, record: TimeRecord) -> Array:
+        if not isinstance(record, TimeRecord):
+            raise RecordError(f"record must be an ibs.TimeRecord, got {record!r}; of several take one at a time.")
         chosen = record.select(self.names)
         for name, unit in zip(chosen.names, chosen.units, strict=True):
             if unit != UNIT:

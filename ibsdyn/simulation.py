@@ -14,7 +14,8 @@ from tqdm import tqdm
 
 from ibsdyn.assembly import Assembly, body_mass_matrix
 from ibsdyn.axes import Array, is_rotation
-from ibsdyn.engine import BaseDrive, FlexibleMapping, LoadDrive, TimeIntegration, checked_mapping
+from ibsdyn.components import FlexibleBody
+from ibsdyn.engine import BaseDrive, FlexibleMapping, LoadDrive, TimeIntegration, TurningDamping, checked_mapping
 from ibsdyn.errors import ExcitationError, ModelError, SimulationError, SimulationWarning, warn_user
 from ibsdyn.excitation import Excitation, positive, sample_count, sampled
 from ibsdyn.generalized_alpha import frequency_error, longest_step
@@ -42,6 +43,8 @@ UNDAMPED = 1e-9
 FORCE_SHARE, ROUNDING_LEFT = 1e-8, 30.0
 # Forces at this many times the rounding come out with an error of 1e-3, at ten times that with 1e-4 (measured).
 SMALLEST_FORCE = 20.0
+# What is linear about the undeformed state is told of beyond this rotation [rad]: half a percent of a lever.
+FAR = 0.1
 # Warnings begin where the default is missed by five.
 COARSE = 5.0
 
@@ -97,17 +100,21 @@ def simulate(
         state = steady_state(system, loads, bases, tables, step)
     else:
         state = at_rest(system, loads, bases, tables, step)
+    damping = system.modal_damping()
+    # What a flexible body's own ratio makes does not turn along.
+    rigid = assembly.axis is None and not any(isinstance(item, FlexibleBody) for item in assembly.items.values())
     run = TimeIntegration(
         assembly=assembly,
         flexible=flexible,
-        damping=system.modal_damping(),
+        damping=damping,
+        turning_damping=TurningDamping(assembly, system.damping_forces()) if rigid and damping.any() else None,
         gravity=pull,
         drives=drives,
         recorded=recorded_items(sensors_read, assembly, flexible),
     )
     tolerance = _tolerance(system, loads, bases, tables, step, pull)
     with _bar(title, steps * (task.n_samples - 1), progress) as bar:
-        coordinates = run.run(
+        coordinates, turned = run.run(
             state,
             step,
             steps,
@@ -115,6 +122,8 @@ def simulate(
             tolerance,
             lambda made: bar.update(made - bar.n),
         )
+    if not rigid:
+        _warn_of_large_rotations(turned, assembly, damping, flexible)
     responses = weights @ sensor_signals(sensors_read, coordinates, assembly, flexible)
     driven = [_over(e.samples, task.n_samples) for e in task.excitations]
     signals: tuple[Input | Output, ...] = (*task.inputs, *task.outputs)
@@ -309,6 +318,49 @@ def _base_drives(
         total = sum((share * _over(table, length) for table, share in moving), np.zeros(length))
         drives.append(BaseDrive(coordinate.rsplit(".", 1)[0], row % directions, total))
     return drives
+
+
+def _warn_of_large_rotations(
+    turned: Mapping[str, Array], assembly: Assembly, damping: Array, flexible: FlexibleMapping
+) -> None:
+    """Warn of items that turned further than what is linear in them allows."""
+    far = {name: turns for name, turns in turned.items() if turns.max(initial=0.0) > FAR}
+    stiff = {name: turns for name, turns in far.items() if isinstance(assembly.items[name], FlexibleBody)}
+    if stiff and flexible == "small-deflection":
+        name, angle = _furthest(stiff)
+        warn_user(
+            f"simulate: {name!r} turns by {angle:.2g} rad, in flexible='small-deflection' an error of about "
+            f"{50 * angle**2:.2g} % of its motion; use 'floating-frame'.",
+            SimulationWarning,
+        )
+    damped = {name: turns for name, turns in far.items() if _damping_turns_wrong(damping, assembly, name, turns)}
+    if damped:
+        name, angle = _furthest(damped)
+        warn_user(
+            f"simulate: {name!r} turns by {angle:.2g} rad, but damping ratios (zeta) are those of small motions about "
+            "the undeformed state: the dampers do not turn along and brake the rotation itself. Give the connections "
+            "explicit dampers (damping=), which turn along, or zeta=0.",
+            SimulationWarning,
+        )
+
+
+def _damping_turns_wrong(damping: Array, assembly: Assembly, name: str, turns: Array) -> bool:
+    """Whether an item that turned has ratios that act otherwise than about its undeformed state.
+
+    Where they brake rotation alone, as on a hinge whose other directions are locked, turning about one axis changes
+    nothing.
+    """
+    acting = np.abs(damping[assembly.places[name]]).max(axis=1)
+    if isinstance(assembly.items[name], FlexibleBody):
+        return bool(acting.any())
+    if acting[:3].max() > UNDAMPED * np.abs(damping).max():
+        return True
+    return bool(acting[3:].any() and np.sort(turns)[-2] > FAR)
+
+
+def _furthest(turned: Mapping[str, Array]) -> tuple[str, float]:
+    name = max(turned, key=lambda item: float(turned[item].max()))
+    return name, float(turned[name].max())
 
 
 def _over(values: Array, count: int) -> Array:

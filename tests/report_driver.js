@@ -26,6 +26,7 @@ setTimeout(() => {
   const curves = () => [...chart.querySelectorAll("path.curve")].map((path) => path.getAttribute("d").length);
   found.curves = curves(); found.ylabel = [...chart.querySelectorAll("text")].at(-1).textContent;
   input.value = "1"; input.dispatchEvent(new Event("change")); found.other = curves();
+  found.caption = document.querySelector("#responses .printed").textContent;
   const drawing = chart.querySelector("svg"), box = drawing.getBoundingClientRect();
   const at = (kind, share) => drawing.dispatchEvent(new PointerEvent(kind, {clientX: box.left + share * box.width, clientY: box.top + 60, pointerId: 1, bubbles: true}));
   drawing.setPointerCapture = () => {};

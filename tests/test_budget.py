@@ -482,3 +482,13 @@ def test_a_tone_beside_the_band_counts_nothing():
     assert alone.source_power[0, 0] > 0
     assert alone.plot()[0, 0].get_title().startswith("stretch")
     plt.close("all")
+
+
+def test_an_undamped_mode_of_a_free_system_is_refused_by_its_own_name():
+    model = ibs.Model("free", axis="x")
+    model.rigid_body("a", mass=1.0)
+    model.rigid_body("b", mass=1.0)
+    model.connection("spring", "a", "b", stiffness=2e4)
+    noise = ibs.Disturbance("noise", ibs.Force("a", "x"), ([1.0, 100.0], [1.0, 1.0]))
+    with pytest.raises(ibs.AnalysisError, match=r"mode 2 \(31.83 Hz\) has no damping"):
+        ibs.vibration_budget(model.linearize(), ibs.Sensor("b", "x"), noise)

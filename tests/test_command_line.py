@@ -1,6 +1,8 @@
 """The command line, as a newcomer meets it: from `ibsdyn new` to `ibsdyn report`, mistakes included."""
 
 import json
+import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -103,12 +105,15 @@ def test_a_run_in_time_is_compared_with_the_model(folder, told):
     code, out, err = told("compare", "mirror.toml", "run.npz", "--band", 25, 250, "--plot", "fig7.png")
     assert code == 0, out
     assert "FRAC" in out
+    assert "they agree: no value is further off than 1 % of the peak" in out
     assert "1 run for 1 input" in err  # and says what a single run cannot show
     assert matplotlib.image.imread("fig7.png").shape[0] > 300
     # against a model whose mount is 5 % softer the same record is no longer matched
     text = Path("mirror.toml").read_text(encoding="utf-8").replace("E = 113e9", "E = 107e9")
     Path("soft.toml").write_text(text, encoding="utf-8")
-    assert told("compare", "soft.toml", "run.npz", "--band", 25, 250)[0] == 1
+    code, out, _ = told("compare", "soft.toml", "run.npz", "--band", 25, 250)
+    assert code == 1
+    assert "they do not agree" in out
 
 
 def test_a_study_goes_on_where_it_was_stopped(folder, told):
@@ -165,7 +170,7 @@ def test_a_part_is_imported_reduced_and_named_in_a_model(folder, told):
         (["new", "mirror.toml"], "is there already"),
         (["frf", "mirror.toml", "--inputs", "shaek"], "Did you mean 'shake'"),
         (["frf", "mirror.toml", "--from", "100", "--to", "10"], "ascends"),
-        (["frf", "mirror.toml", "--plot", "out.xyz"], "a figure is written as one of"),
+        (["frf", "mirror.toml", "--plot", "out.xyz"], "it is written as one of"),
         (["study", "mirror.toml"], "give tolerances"),
         (["study", "mirror.toml", "--normal", "mirror.mas=2%"], "Did you mean 'mirror.mass'"),
         (["study", "mirror.toml", "--normal", "mirror.mass"], "ADDRESS=VALUE"),
@@ -178,6 +183,12 @@ def test_a_part_is_imported_reduced_and_named_in_a_model(folder, told):
         (["compare", "mirror.toml", "absent.npz"], "absent.npz"),
         (["simulate", "mirror.toml", "--band", "10", "100", "--amplitude", "nan"], "amplitude"),
         (["report", "mirror.toml", "--save", "absent/review.html"], "absent"),
+        (["modes", "mirror.toml", "--jsn"], "ibsdyn modes: error: there is no --jsn. Did you mean '--json'?"),
+        (["modes", "mirror.toml", "twice.toml"], "'twice.toml' is one argument too many"),
+        (["modes", "mirror.tml"], "Beside it: mirror.toml"),
+        (["frf", "mirror.toml", "--save", "absent/frf.csv"], "the folder absent does not exist; make it first"),
+        (["simulate", "mirror.toml", "--band", "1", "9", "--amplitude", "1", "--save", "run.xls"], "one of .npz, .csv"),
+        (["study", "mirror.toml", "--normal", "mirror.mass=2%", "--results", "."], "is a folder"),
     ],
 )
 def test_mistakes_are_one_line_and_exit_with_2(folder, told, words, said):
@@ -188,6 +199,7 @@ def test_mistakes_are_one_line_and_exit_with_2(folder, told, words, said):
     assert said in err
     assert err.strip().count("\n") == 0
     assert "Traceback" not in err
+    assert ".." not in err
     assert [entry.name for entry in folder.iterdir()] == ["mirror.toml"]
 
 
@@ -224,3 +236,17 @@ def test_the_program_itself(folder):
     )
     assert "Traceback" not in piped.stderr
     assert "BrokenPipe" not in piped.stderr
+
+
+def test_every_line_of_the_page_runs_in_an_empty_folder(folder, told):
+    page = (Path(__file__).parents[1] / "docs" / "command_line.md").read_text(encoding="utf-8")
+    lines = [line for block in re.findall(r"```sh\n(.*?)```", page, re.DOTALL) for line in block.splitlines()]
+    used = set()
+    for line in lines:
+        program, command, *words = shlex.split(line)
+        assert program == "ibsdyn"
+        code, _, err = told(command, *words)
+        assert code == 0, f"{line}: {err}"
+        used.add(command)
+    assert {each.NAME for each in COMMANDS} - used == {"import", "reduce"}  # these need an export
+    assert Path("review.html").stat().st_size > 50_000

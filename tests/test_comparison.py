@@ -172,6 +172,8 @@ def test_what_cannot_be_compared_is_refused(estimate):
         ibs.compare(as_frf(f[::2], response(f[::2])), estimate)
     with pytest.raises(ibs.AnalysisError, match=r"system.frf\(inputs, outputs, estimate.frequencies\)"):
         ibs.compare(as_frf(f * 1.001, response(f)), estimate)
+    with pytest.raises(ibs.AnalysisError, match=r"test must be an ibs\.FrequencyResponse or an estimate, got None"):
+        ibs.compare(as_frf(f, response(f)), None)
     with pytest.raises(ibs.AnalysisError, match="'y1' is in g in the model"):
         ibs.compare(as_frf(f, response(f), unit="g"), estimate)
     ibs.compare(as_frf(f, response(f), unit="m/s^2"), estimate)  # spelled otherwise

@@ -45,6 +45,10 @@ def test_tolerances_at_both_ends():
 def test_what_cannot_be_checked_is_refused():
     with pytest.raises(ibs.ModelError, match="above zero"):
         ibs.cross_check(chain(), [0.0, 1.0], SOURCE, SENSORS, SINE)
+    with pytest.raises(ibs.ModelError, match="RMS values, got 'big'"):
+        ibs.cross_check(chain(), "big", SOURCE, SENSORS, SINE)
+    with pytest.raises(ibs.ModelError, match=r"tolerance .* must be above 0"):
+        ibs.cross_check(chain(), 1.0, SOURCE, SENSORS, SINE, tolerance=-0.1)
     with pytest.raises(ibs.ExcitationError, match="multisine"):
         ibs.cross_check(chain(), 1.0, SOURCE, SENSORS, np.zeros(9))
     with pytest.raises(ibs.SimulationError):

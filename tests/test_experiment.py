@@ -112,6 +112,24 @@ def test_one_orientation_is_not_enough_for_six_inputs():
     assert seen[0].filename == __file__
 
 
+def test_what_a_campaign_cannot_use_is_refused():
+    campaign, sine = _campaign(), ibs.multisine([20.0], 1.0, sample_rate=200)
+    for call in (lambda: campaign.simulate(None, sine), lambda: campaign.model_frf("module", [10.0])):
+        with pytest.raises(ibs.ModelError, match=r"model must be an ibs\.Model"):
+            call()
+    with pytest.raises(ibs.ModelError, match="seed must be a whole number"):
+        campaign.simulate(_module(), sine, seed="a")
+    for paths in (None, {}):
+        with pytest.raises(ibs.RecordError, match="paths must be a dict"):
+            campaign.read(paths)
+    with pytest.raises(ibs.RecordError, match="one at a time"):
+        campaign.reconstruction.motion([])
+    with pytest.raises(ibs.AnalysisError, match="must be numbers"):
+        campaign.model_frf(_module(), "a")
+    with pytest.raises(ibs.AnalysisError, match="at 0 Hz accelerometers show nothing"):
+        campaign.model_frf(_module(), [0.0, 10.0])
+
+
 def test_the_model_is_asked_for_what_the_campaign_needs():
     model = ibs.Model("other")
     model.fixation("frame", position=(0, 0, 0))

@@ -60,3 +60,24 @@ def test_a_one_dimensional_model_has_no_shape_in_space():
     model.connection("k", "wall", "m", stiffness=4.0)
     with pytest.raises(ibs.AnalysisError, match="1-D"):
         model.linearize().modes().plot_shape(1)
+
+
+def test_a_phase_near_half_a_turn_does_not_jump(system):
+    # seen from the base, a resonance starts at +180° less next to nothing and falls to 0
+    frf = system.frf(
+        ibs.BaseMotion("ground", "x"),
+        ibs.Sensor("box", "x", quantity="displacement", relative_to="ground"),
+        np.geomspace(0.1, 50, 500),
+    )
+    assert frf.phase[0, 0, 0] > 179.99
+    drawn = frf.plot()[1, 0].lines[0].get_ydata()
+    np.testing.assert_array_equal(drawn, frf.phase[0, 0])
+
+
+def test_a_phase_of_half_a_turn_that_flips_by_rounding_is_drawn_on_one_side(system):
+    # one flip in two, then a true fall from -180° on
+    degrees = np.array([180.0, -180.0, 179.999, -179.999, -179.0, -150.0])
+    response = np.exp(1j * np.radians(degrees))[None, None]
+    frf = ibs.FrequencyResponse(np.arange(1.0, 7.0), response, ("y",), ("u",), ("m",), ("N",))
+    drawn = frf.plot()[1, 0].lines[0].get_ydata()
+    np.testing.assert_allclose(drawn, [-180, -180, -179.999, -179.999, -179, -150], atol=1e-9)

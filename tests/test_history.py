@@ -9,6 +9,7 @@ import subprocess
 import sys
 import textwrap
 import time
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -371,3 +372,21 @@ def test_what_is_no_model_or_no_text_is_refused(tmp_path):
 def test_a_path_that_is_none_is_refused():
     with pytest.raises(ibs.HistoryError, match=r"path must be that of a file, as 'module\.history', got 3"):
         ibs.History(3)
+
+
+def test_names_of_many_revisions_do_not_run_into_each_other(tmp_path):
+    model = ibs.Model("one", axis="x")
+    model.fixation("floor")
+    model.rigid_body("box", mass=1.0)
+    model.connection("spring", "floor", "box", stiffness=1e4, zeta=0.01)
+    model.add_requirement(ibs.Requirement("first mode", ibs.ModeFrequency(1), 10.0, ">="))
+    history = ibs.History(tmp_path / "many.history")
+    for number in range(30):
+        history.record(model, revision=f"concept {number}")
+    (panel,) = history.plot()
+    figure = panel.figure
+    figure.draw_without_rendering()
+    boxes = [text.get_window_extent() for text in panel.get_xticklabels() if text.get_text()]
+    assert 3 <= len(boxes) < 30
+    assert all(left.x1 < right.x0 for left, right in pairwise(boxes))
+    assert panel.get_xticklabels()[-1].get_text() == "concept 29\n1-D"

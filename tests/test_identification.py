@@ -600,6 +600,7 @@ def _two_runs(**changes):
         (_two_runs(), {"inputs": []}, ibs.RecordError, "inputs must be one or several"),
         (_two_runs(), {"inputs": ["u1", "u1"]}, ibs.RecordError, "'u1' 2 times"),
         ([], {}, ibs.RecordError, "TimeRecord or a list"),
+        (None, {}, ibs.RecordError, "TimeRecord or a list"),
         (_two_runs(), {"method": "welsh"}, ibs.AnalysisError, "Did you mean 'welch'"),
         (_two_runs(), {"drop_periods": 1}, ibs.AnalysisError, "belongs to method 'multisine'"),
         (_two_runs(), {"window": "hanning?"}, ibs.AnalysisError, "not known to scipy"),

@@ -270,3 +270,15 @@ def test_a_missing_package_is_answered_with_its_extra(frf, system, tmp_path, mon
     with pytest.raises(ImportError, match=rf'pip install "ibsdyn\[{extra}\]"'):
         use(frf, system, tmp_path)
     assert not os.listdir(tmp_path)
+
+
+def test_a_folder_that_is_not_there_is_named_and_not_the_temporary_file_in_it(tmp_path):
+    model = ibs.Model("one", axis="x")
+    model.fixation("floor")
+    model.rigid_body("box", mass=1.0)
+    model.connection("spring", "floor", "box", stiffness=1e4, zeta=0.01)
+    frf = model.linearize().frf(ibs.Force("box", "x"), ibs.Sensor("box", "x"), [10.0])
+    target = tmp_path / "absent" / "frf.csv"
+    with pytest.raises(OSError, match="does not exist; make it first") as refused:
+        ibs.write_frf(frf, target)
+    assert refused.value.filename == str(target)

@@ -140,3 +140,11 @@ def test_a_hundred_bodies_are_linearised_sparsely_and_right():
     M, K, _ = random.matrices()
     assert scaled_error(system.K, K[:600, :600]) < 1e-12
     assert scaled_error(system.M, M[:600, :600]) < 1e-12
+
+
+def test_the_table_of_modes_writes_kilohertz_without_powers_of_ten():
+    model = ibs.Model("stiff", axis="x")
+    model.fixation("floor")
+    model.rigid_body("box", mass=1.0)
+    model.connection("spring", "floor", "box", stiffness=(2 * np.pi * 12345.0) ** 2, zeta=0.01)
+    assert " 12340 " in str(model.linearize().modes())

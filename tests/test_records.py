@@ -41,11 +41,12 @@ def _text(path, header, rows, delimiter=",", decimal=".", digits=17):
         ("Logger 3000\nrun;7\n\nTime (s);U1 (g);Y1 (m/s2)\n", ";", ","),
         ("# test\n# t  U1  Y1\n", "  ", "."),
         ("t\tU1\tY1\n[s]\t[g]\t[m/s**2]\n", "\t", ","),
+        ("Time,U1,Y1\ns,g,m/s2\n", ",", "."),
     ],
 )
 def test_csv_dialects(tmp_path, header, delimiter, decimal):
     path = _text(tmp_path / "a.csv", header, np.column_stack([TIME, U1, Y1]), delimiter, decimal)
-    _same(ibs.read_record(path, channels=TABLE if "[" not in header and "(" not in header else None))
+    _same(ibs.read_record(path, channels=TABLE if header.startswith("#") else None))
 
 
 def test_csv_without_titles_takes_the_table_in_order(tmp_path):
@@ -266,6 +267,50 @@ def test_a_time_column_with_a_gap_or_a_wrong_rate_is_refused(tmp_path):
         ibs.read_record(_text(tmp_path / "c.csv", "t,U1\n", np.column_stack([-TIME, U1])), channels={"U1": "g"})
 
 
+@pytest.mark.parametrize(
+    ("line", "rate"),
+    [
+        ("Sample rate: 51.2 kHz", 51200.0),
+        ("Sampling frequency [kHz]: 51.2", 51200.0),
+        ("Sample rate;51,2 kS/s", 51200.0),
+        ("fs = 1.5 MSa/s", 1.5e6),
+        ("Sampling rate: 51 200 Hz", 51200.0),
+        ("Sample rate: 51,200.5 Hz", 51200.5),
+        ("Sample rate: 1.048.576,0 Hz", 1048576.0),
+        ("Sample rate: 2.048e3", 2048.0),
+        ("Sample rate: 51,200 Hz", None),  # 51.2 or fifty-one thousand?
+        ("Sample rate: 51,200 kHz", None),
+    ],
+)
+def test_an_announced_rate_is_understood_with_its_prefix_or_asked_for(tmp_path, line, rate):
+    path = _text(tmp_path / "a.csv", f"{line}\nU1;Y1\n", np.column_stack([U1, Y1]), delimiter=";")
+    if rate is not None:
+        assert ibs.read_record(path, channels=TABLE).sample_rate == rate
+        return
+    with pytest.raises(ibs.RecordError, match="give sample_rate="):
+        ibs.read_record(path, channels=TABLE)
+    assert ibs.read_record(path, channels=TABLE, sample_rate=RATE).sample_rate == RATE
+
+
+def test_what_a_file_says_twice_must_agree(tmp_path):
+    path = _text(tmp_path / "a.csv", "sample rate: 1000 Hz\nt,U1,Y1\n", np.column_stack([TIME, U1, Y1]))
+    with pytest.warns(ibs.RecordWarning, match=r"those of 2048 Hz, its header says 1000 Hz; the times are taken"):
+        _same(ibs.read_record(path, channels=TABLE))
+    np.savez(tmp_path / "b.npz", t=TIME, fs=500.0, U1=U1, Y1=Y1)
+    with pytest.warns(ibs.RecordWarning, match="those of 2048 Hz, its scalar rate or step says 500 Hz"):
+        _same(ibs.read_record(tmp_path / "b.npz", channels=TABLE))
+    for wrong, words in (
+        ({"fs": RATE, "dt": 1e-3}, "2048 Hz and its step of 0.001 s contradict"),
+        ({"t": TIME[:-1]}, r"399 times, which fit none of the arrays: 'U1' \(400,\)"),
+        ({"fs": -5.0}, "sample rate of -5 Hz is none"),
+        ({"fs": RATE, "period": 40.7}, "period of 40.7 is no whole number"),
+        ({"fs": RATE, "period": np.nan}, "period of nan is no whole number"),
+    ):
+        np.savez(tmp_path / "c.npz", U1=U1, Y1=Y1, **wrong)
+        with pytest.raises(ibs.RecordError, match=words):
+            ibs.read_record(tmp_path / "c.npz", channels=TABLE)
+
+
 def test_gaps_and_unequal_lengths(tmp_path):
     values = U1.copy()
     values[7] = np.nan
@@ -289,6 +334,8 @@ def test_files_that_are_not_there_or_no_records(tmp_path):
         ibs.read_record(tmp_path / "none.csv")
     with pytest.raises(ibs.RecordError, match="is not a file"):
         ibs.read_record(tmp_path)
+    with pytest.raises(ibs.RecordError, match="got None"):
+        ibs.read_record(None)
     for content, words in (
         (b"", "is empty"),
         (b"nothing but words\nand more\n", "no table of numbers"),

@@ -413,6 +413,72 @@ def test_a_browser_draws_it(tmp_path, painter, flags):
     assert len(found["curves"]) == 4, "magnitude and phase of two fidelities"
     assert min(found["curves"]) > 1000
     assert len(found["other"]) == 2, "the 1-D model has no push"
+    assert found["caption"] == "From push to top", "what paper shows in place of the controls"
     assert "Hz" in found["hint"]
     assert found["charts"] == 1 + 2 + 2, "responses, a budget a sensor, a history a requirement"
     assert found["wide"] == 0, "nothing sticks out of the page"
+
+
+def test_a_missed_requirement_is_named_beside_the_count_and_margins_are_plain_figures(tmp_path):
+    model = box_on_mount()
+    model.add_requirement(ibs.Requirement("far away", ibs.ModeFrequency(1), 1.0, "<="))
+    page = Page(ibs.report(model, tmp_path / "r.html"))
+    assert "1 of 3 requirements met; not met: amplification, far away" in page.text
+    margin = 100 * (1.0 - model.linearize().modes().frequencies[0])
+    assert margin < -1000
+    assert f"−{float(f'{-margin:.3g}'):g} %" in page.text
+    assert not re.search(r"\de[+-]\d", page.text)
+
+
+def test_signals_are_told_in_words_and_not_in_class_names(tmp_path):
+    page = Page(ibs.report(box_on_mount(), tmp_path / "r.html"))
+    assert "base motion, acceleration" in page.text
+    assert "BaseMotion" not in page.text
+
+
+@pytest.mark.parametrize(("share", "drawn"), [(0.5, True), (3.0, True), (50.0, False)])
+def test_the_limit_of_an_rms_stands_in_the_chart_of_its_budget(tmp_path, share, drawn):
+    model = box_on_mount()
+    asked = ibs.RmsResponse(model.sensors["top"], model.disturbances["floor noise"])
+    limit = share * asked.evaluate(model.linearize())
+    model.add_requirement(ibs.Requirement("quiet", asked, limit))
+    narrow = ibs.RmsResponse(model.sensors["top"], model.disturbances["floor noise"], (1.0, 20.0))
+    model.add_requirement(ibs.Requirement("another band, another curve", narrow, limit))
+    by_name = {
+        budget["name"]: budget["limits"] for budget in Page(ibs.report(model, tmp_path / "r.html")).data["budget"]
+    }
+    assert [each["y"] for each in by_name["top"]] == ([limit] if drawn else [])
+    assert by_name["yaw"] == []
+
+
+def test_the_page_tells_which_revision_its_model_is(tmp_path):
+    model, history = box_on_mount(), ibs.History(tmp_path / "box.history")
+    history.record(model, revision="A")
+    words = [Page(ibs.report(model, tmp_path / "r.html", history=history)).text]
+    history.record(model.with_parameters({"block.mass": 3.0}), revision="B")
+    words.append(Page(ibs.report(model, tmp_path / "r.html", history=history)).text)
+    words.append(
+        Page(ibs.report(model.with_parameters({"block.mass": 4.0}), tmp_path / "r.html", history=history)).text
+    )
+    assert "is the last revision, A." in words[0]
+    assert "is revision A, not the last one, B." in words[1]
+    assert "is none of these revisions" in words[2]
+
+
+def test_of_a_free_system_rigid_motion_is_one_and_modes_of_requirements_are_told(tmp_path):
+    model = ibs.Model("free")
+    for name, x in (("left", 0.0), ("right", 0.1)):
+        model.rigid_body(name, mass=1.0, cog=(x, 0, 0), inertia=(0.01, 0.01, 0.01, 0, 0, 0))
+    model.connection(
+        "rod", "left", "right", position1=(0.05, 0, 0), stiffness=(1e6, 2e6, 3e6, 1e3, 2e3, 3e3), zeta=0.01
+    )
+    push = model.add_input(ibs.Force("left", "x", name="push"))
+    model.add_sensor(ibs.Sensor("right", "x", name="end"))
+    model.add_disturbance(ibs.Disturbance("noise", push, ([1.0, 10.0], [1.0, 1.0])))
+    page = Page(ibs.report(model, tmp_path / "r.html"))
+    assert "their mode 1 is mode 7 here" in page.text
+    assert "(0 Hz)" not in page.text
+    # far below the resonance both masses accelerate as one: F / (2 m)
+    shares = ibs.vibration_budget(model.linearize(), model.sensors["end"], model.disturbances["noise"]).shares("mode")
+    assert shares["rigid-body motion"] == pytest.approx(1.0, rel=1e-3)
+    assert sum(shares.values()) == pytest.approx(1.0, rel=1e-9)

@@ -5,8 +5,10 @@ import warnings
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation
 
 import ibsdyn as ibs
+from ibsdyn.engine import TurningDamping
 from ibsdyn.generalized_alpha import derivatives, frequency_error
 from ibsdyn.simulation import _steps_per_sample, _task
 
@@ -262,6 +264,116 @@ def test_a_body_on_a_hinge_swings_over_a_radian_as_the_pendulum_equation_says(ax
     np.testing.assert_allclose(after, after[0], rtol=1e-4)  # conserved once nothing pushes any more
 
 
+@pytest.mark.parametrize("axis", ["rx", "ry", "rz"])
+def test_ratios_damp_a_hinge_and_not_the_swing_itself(axis):
+    """On stiff springs and with a ratio: the hinge's damper 2 zeta sqrt(k I) by hand, nothing else brakes."""
+    zeta = 0.02
+    model, inertia, gravity, _ = pendulum(axis, 1e8, 1e5)
+    hinge = model.connections["hinge"]
+    model.remove("hinge")
+    model.connection("hinge", "ground", "bob", position1=(0, 0, 0), stiffness=hinge.stiffness, zeta=zeta)
+    m, length, k, g = PENDULUM.values()
+    whole = inertia + m * length**2
+    time = np.arange(1500) / RATE
+    record = model.simulate(
+        {ibs.Torque("bob", axis): [swing(t) for t in time]},
+        ibs.Sensor("bob", axis, quantity="displacement"),
+        sample_rate=RATE,
+        gravity=gravity,
+        steps_per_sample=4,
+    )
+
+    def rate(t, y):
+        resisted = 2 * zeta * np.sqrt(k * whole) * y[1] + k * y[0] + m * g * length * np.sin(y[0])
+        return [y[1], (swing(t) - resisted) / whole]
+
+    exact = solve_ivp(rate, (0, time[-1]), [0, 0], t_eval=time, rtol=1e-10, atol=1e-12, max_step=0.01)
+    assert exact.y[0].max() > 1.0
+    np.testing.assert_allclose(record.signals[1], exact.y[0], atol=2e-4)
+
+
+@pytest.mark.parametrize("zeta", [0.0, 0.02])
+@pytest.mark.parametrize("axis", ["rx", "ry", "rz", "skew"])
+def test_a_swing_on_a_hinge_of_springs_stays_in_its_plane(axis, zeta):
+    """A push across of a millionth leaves a motion across of about its static share, however the hinge lies."""
+    turn = np.eye(3) if axis != "skew" else Rotation.from_rotvec([0.3, -0.5, 0.7]).as_matrix()
+    i = "xyz".index(axis[1]) if axis != "skew" else 0
+    hinge, across, down = turn[:, i], turn[:, (i + 1) % 3], -turn[:, (i + 2) % 3]
+    model = ibs.Model("pendulum")
+    model.fixation("ground")
+    model.rigid_body("bob", mass=2.0, cog=0.1 * down, inertia=(0.01, 0.01, 0.01, 0, 0, 0))
+    rotations = np.full(3, 1e3)
+    rotations[i] = 3.0
+    model.connection(
+        "hinge", "ground", "bob", position1=(0, 0, 0), stiffness=(*[1e6] * 3, *rotations), axes=turn, zeta=zeta
+    )
+    push = np.array([swing(t) for t in np.arange(1000) / RATE])
+    quantities = [ibs.Sensor("bob", d, quantity="displacement") for d in ("x", "y", "z", "rx", "ry", "rz")]
+    record = model.simulate(
+        {ibs.Torque("bob", hinge): push, ibs.Torque("bob", across): 1e-6 * push},
+        quantities,
+        sample_rate=RATE,
+        gravity=9.81 * down,
+        steps_per_sample=4,
+    )
+    turned = record.signals[-3:]
+    assert np.abs(hinge @ turned).max() > 1.0
+    assert np.abs(across @ turned).max() < 2e-6
+    assert np.abs(down @ turned).max() < 2e-6
+
+
+def test_a_stroke_in_a_soft_hinge_goes_where_the_linear_system_says():
+    turn = Rotation.from_rotvec([0.3, -0.5, 0.7]).as_matrix()
+    model = ibs.Model("hinge")
+    model.fixation("ground")
+    model.rigid_body("box", mass=2.0, cog=(0.05, 0, 0.1), inertia=(0.01, 0.01, 0.01, 0, 0, 0))
+    stiffness = (1e6, 2e6, 3e6, 5.0, 1e3, 2e3)
+    model.connection("hinge", "ground", "box", position1=(0, 0, 0), stiffness=stiffness, axes=turn, zeta=0.05)
+    for direction, size in (("x", 1e-8), ("y", 1e-8), ("rx", 1e-7), ("rz", 1e-7)):
+        assert frf_errors(model, ibs.Stroke("hinge", direction), size, [ibs.Sensor("box", "y")]).max() < 3e-4
+
+
+def test_ratios_do_not_brake_what_turns_with_its_base():
+    """A body on a table that has come to turn steadily: out along its spring by m Omega² r / (k - m Omega²)."""
+    model = ibs.Model("turntable")
+    centre = np.array([0.3, -0.1, 0.2])
+    model.fixation("table", position=centre)
+    at = centre + [0.1, 0, 0.05]
+    model.rigid_body("box", mass=1.0, cog=at, inertia=(1e-3, 1e-3, 1e-3, 0, 0, 0))
+    model.connection("mount", "table", "box", position1=at, stiffness=(1e5,) * 3 + (1e2,) * 3, zeta=0.02)
+    time = np.arange(1500) / RATE
+    share = np.clip(time, 0, 1)
+    speed = 10.0 * share**2 * (3 - 2 * share)
+    turned = 10.0 * np.where(time < 1, share**3 - share**4 / 2, 0.5 + time - 1)
+    sensors = [ibs.Sensor("box", d, quantity="displacement") for d in "xy"]
+    record = model.simulate(
+        {ibs.BaseMotion("table", "rz", "velocity"): speed}, sensors, sample_rate=RATE, steps_per_sample=4
+    )
+    place = record.signals[1:] + [[0.1], [0.0]]
+    out = np.array([np.cos(turned), np.sin(turned)])
+    radial = (place * out).sum(axis=0)
+    across = place[1] * out[0] - place[0] * out[1]
+    stretch = 1.0 * 10.0**2 * 0.1 / (1e5 - 100.0)
+    np.testing.assert_allclose(radial[-300:].mean() - 0.1, stretch, rtol=0.01)
+    assert abs(across[-300:].mean()) < 0.02 * stretch
+
+
+def test_turning_damping_is_that_of_the_linear_system_and_blind_to_rigid_motion():
+    model = chain()
+    system, assembly = model.linearize(), model.assembly()
+    turning = TurningDamping(assembly, system.damping_forces())
+    rows = np.concatenate([np.arange(6) + assembly.places[name].start for name in assembly.items])
+    expected = system.modal_damping()[np.ix_(rows, rows)]
+    np.testing.assert_allclose(turning.matrix(np.zeros((4, 6))), expected, atol=1e-9 * np.abs(expected).max())
+    frames = np.array([assembly.frames[name] for name in assembly.items])
+    angles, rates, small = np.array([0.5, -0.7, 0.9]), np.array([0.3, 0.2, -0.4]), 1e-6
+    before, after = (Rotation.from_euler("XYZ", a).as_matrix() for a in (angles, angles + small * rates))
+    turned = np.hstack([frames @ before.T - frames + [0.1, 0.2, 0.3], np.tile(angles, (4, 1))])
+    velocity = np.hstack([frames @ (after - before).T / small, np.tile(rates, (4, 1))]).ravel()
+    damping = turning.matrix(turned)
+    assert np.abs(damping @ velocity).max() < 1e-5 * np.abs(damping).max() * np.abs(velocity).max()
+
+
 def test_a_soft_suspension_in_a_large_rotation():
     """A bob on springs in its hinge: three equations by hand, spring force along global axes at the hinge point."""
     stiff = 2e4
@@ -502,6 +614,11 @@ def test_an_undamped_mode_on_an_excited_line_has_no_steady_state():
         loose.simulate({source: pushed}, ibs.Sensor("box", "x"))
     record = loose.simulate({source: pushed}, ibs.Sensor("box", "x"), start="rest")
     np.testing.assert_allclose(record.signals[1], pushed.samples, rtol=1e-6, atol=1e-6)
+
+
+def test_complex_samples_are_refused():
+    with pytest.raises(ibs.ExcitationError, match="must be real numbers"):
+        chain().simulate({ibs.Force("b1", "x"): 1j * np.ones(9)}, SENSORS, sample_rate=RATE)
 
 
 def test_what_does_not_fit_is_refused_in_words():

@@ -433,3 +433,21 @@ def test_figures():
     x, y = axes[0, 0].lines[0].get_data()
     np.testing.assert_allclose(y, frequency(STIFFNESS, np.asarray(x)))
     assert axes[0, 0].get_xlabel() == "m.mass"
+
+
+@pytest.mark.parametrize(("limit", "drawn"), [(9.5, True), (1e4, False), (1e-4, False)])
+def test_a_limit_far_off_does_not_press_the_bars_of_a_scatter_into_one(limit, drawn):
+    results = ibs.Study(oscillator(), scatter(50), [], ibs.Requirement("limit", F1, limit, ">=")).run(workers=1)
+    (panel,) = results.plot()
+    lower, upper = panel.get_xlim()
+    assert np.ptp(results.values[:, 0]) > 0.15 * (upper - lower)
+    assert (lower <= limit <= upper) == drawn
+    assert ("far to the" in panel.get_legend().get_texts()[-1].get_text()) != drawn
+
+
+def test_levels_of_one_parameter_are_points_of_a_curve():
+    sweep = ibs.full_factorial({"m.mass": [4.0, 1.0, 2.0]})
+    axes = ibs.Study(oscillator(), sweep, F1).run(workers=1).plot("frequency of mode 1")
+    line = axes.ravel()[0].lines[0]
+    assert line.get_linestyle() == "-"
+    assert line.get_xdata().tolist() == [1.0, 2.0, 4.0]

@@ -96,14 +96,14 @@ def is_substructure(head: bytes) -> bool:
 
 
 def is_matrix_table(head: bytes) -> bool:
-    """Whether a file starts with lines of *MATRIX OUTPUT: three or five numbers, and nothing else."""
+    """Whether a file starts with lines of *MATRIX OUTPUT: three, five or six numbers, and nothing else."""
     lines = [line for line in head.split(b"\n")[:-1] if line.strip()][:3]
     words = [line.replace(b",", b" ").split() for line in lines]
     try:
         [[float(word) for word in line] for line in words]
     except ValueError:
         return False
-    return bool(lines) and len({len(line) for line in words}) == 1 and len(words[0]) in (3, 5)
+    return bool(lines) and len({len(line) for line in words}) == 1 and len(words[0]) in (3, 5, 6)
 
 
 def job_has_matrices(deck: Path) -> bool:
@@ -126,6 +126,11 @@ def _parsed_table(content: bytes, name: str) -> _Table:
     refuse_cut_text(content, name)
     line = content[: content.find(b"\n")]
     comma = b"," in line
+    if len(line.replace(b",", b" ").split()) == 6:
+        raise ExportError(
+            f"{name} has six numbers a line: matrices of single elements, not assembled. Export with *MATRIX GENERATE, "
+            "STIFFNESS, MASS without ELEMENT BY ELEMENT."
+        )
     if len(line.replace(b",", b" ").split()) == 3:
         text = content.translate(bytes.maketrans(b",", b" ")) if comma else content
         triplets = parse_triplets(text, name)

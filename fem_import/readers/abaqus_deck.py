@@ -62,6 +62,7 @@ class _Deck:
         self._instance: _Scope | None = None
         self._instance_name = ""
         self._place: tuple[FloatArray, FloatArray] = (np.eye(3), np.zeros(3))
+        self._system: tuple[FloatArray, FloatArray] | None = None
         self._current = self._model
         for card in read_cards(path):
             self._take(card)
@@ -99,6 +100,8 @@ class _Deck:
 
     def _take(self, card: Card) -> None:
         keyword = card.keyword
+        if keyword in ("*PART", "*END PART", "*INSTANCE", "*END INSTANCE"):
+            self._system = None
         if keyword == "*PART":
             name = card.parameters.get("NAME") or card.refuse("NAME= is missing.")
             self._current = self._parts.setdefault(name.upper(), _Scope())
@@ -106,8 +109,8 @@ class _Deck:
             self._current = self._model
         elif keyword == "*INSTANCE":
             self._open_instance(card)
-        elif keyword == "*SYSTEM" and card.data:
-            card.refuse("nodes in a local system are not read. Write the nodes in global coordinates.")
+        elif keyword == "*SYSTEM":
+            self._system = _local_system(card) if card.data else None
         elif keyword == "*TRANSFORM":
             card.refuse(
                 "it turns the DoF of nodes, so the matrix rows are not in global axes. Remove it and export again."
@@ -120,6 +123,9 @@ class _Deck:
             )
         elif keyword == "*NODE":
             labels, positions = node_block(card, range(2, 8))
+            if self._system is not None:
+                rotation, origin = self._system
+                positions = positions @ rotation.T + origin
             self._current.labels.append(labels)
             self._current.positions.append(positions)
             if "NSET" in card.parameters:
@@ -233,6 +239,30 @@ def _placement(card: Card) -> tuple[FloatArray, FloatArray]:
         rotation = _turn((end - start) / length, math.radians(degrees))
         translation = rotation @ (translation - start) + start
     return rotation, translation
+
+
+def _local_system(card: Card) -> tuple[FloatArray, FloatArray]:
+    """Return R, t with x_global = R x + t of *SYSTEM, as CAE writes it for the instances of a flat deck.
+
+    First line: the origin and, if turned, a point on the local x axis; second line: one in the xy plane, without
+    which z stays and x is projected onto the global xy plane.
+    """
+    rows = [_numbers(card, line) for line in card.data[:2]]
+    rows[0] += [0.0] * (3 - len(rows[0]))
+    origin = np.array(rows[0][:3])
+    if len(rows[0]) == 3:
+        return np.eye(3), origin
+    if len(rows[0]) != 6 or (len(rows) > 1 and len(rows[1]) > 3):
+        card.refuse(f"expected the origin and a point on the local x axis, found {card.data[0][:60]!r}.")
+    x = np.array(rows[0][3:]) - origin
+    y = np.array(rows[1] + [0.0] * (3 - len(rows[1]))) - origin if len(rows) > 1 else np.array([-x[1], x[0], 0.0])
+    if len(rows) == 1:
+        x[2] = 0.0
+    z = np.cross(x, y)
+    if not np.linalg.norm(z) > 1e-9 * np.linalg.norm(x) * np.linalg.norm(y):
+        card.refuse("its points lie on a line.")
+    x, z = x / np.linalg.norm(x), z / np.linalg.norm(z)
+    return np.column_stack([x, np.cross(z, x), z]), origin
 
 
 def _turn(axis: FloatArray, angle: float) -> FloatArray:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from fem_import.errors import ExportError, UnknownKeywordError, refuse_unknown_names
+from fem_import.errors import ExportError, UnknownKeywordError, nearest_known, refuse_unknown_names
 from fem_import.fe_model import FEModel
 from fem_import.keywords import known_keywords
 from fem_import.readers.matlab_5 import parse_matlab_5
@@ -67,16 +67,22 @@ def read_matlab(
         found = _read_hdf5(content, source.name, spelled)
     else:
         found = parse_matlab_5(content, source.name, max(_HARMLESS, _RATIO * len(content)))
-    arrays = {name: found[theirs] for name, theirs in spelled.items() if theirs in found}
+    arrays = {name: found[theirs] for name, theirs in spelled.items() if found.get(theirs) is not None}
     for name, theirs in (names or {}).items():
-        if theirs not in found:
-            raise ExportError(f"{source.name} has no variable {theirs!r} (names={{{name!r}: {theirs!r}}}).")
+        if found.get(theirs) is None:
+            readable = [variable for variable, value in found.items() if value is not None]
+            raise ExportError(
+                f"{source.name} has no matrix {theirs!r} (names={{{name!r}: {theirs!r}}})."
+                f"{nearest_known(theirs, readable)} "
+                "Fields of a struct must be saved as variables of their own."
+            )
     sets = {
         name[len(SET_PREFIX) :]: np.asarray(nodes).ravel()
         for name, nodes in found.items()
-        if name.startswith(SET_PREFIX)
+        if name.startswith(SET_PREFIX) and nodes is not None
     }
-    return model_of_arrays(arrays, units, f"MATLAB {source.name}", None if dofs is None else Path(dofs), sets)
+    others = [name for name in found if name not in spelled.values() and not name.startswith(SET_PREFIX)]
+    return model_of_arrays(arrays, units, f"MATLAB {source.name}", None if dofs is None else Path(dofs), sets, others)
 
 
 def is_matlab(head: bytes) -> bool:
@@ -99,6 +105,8 @@ def _read_hdf5(content: bytes, name: str, spelled: Mapping[str, str]) -> dict[st
             for key in file:
                 if key in spelled.values() or key.startswith(SET_PREFIX):
                     found[key] = _hdf5_variable(file[key], h5py.Dataset, limit, f"{name}, {key}")
+                elif not key.startswith("#"):  # MATLAB's own
+                    found[key] = None
     except _DAMAGED as error:
         if isinstance(error, ExportError):
             raise

@@ -21,7 +21,7 @@ _COMPLEX = 0x0800
 
 
 def parse_matlab_5(content: bytes, name: str, limit: int) -> dict[str, Any]:
-    """Return arrays and sparse matrices by name; cells, texts and structs are passed over. Raises ExportError.
+    """Return arrays and sparse matrices by name, None for cells, texts and structs. Raises ExportError.
 
     limit: bytes that packed variables may unpack to. Format: MathWorks, "MAT-File Format", level 5.
     """
@@ -44,8 +44,7 @@ def parse_matlab_5(content: bytes, name: str, limit: int) -> dict[str, Any]:
         for inner_kind, inner_data in inner:
             if inner_kind == _MATRIX and inner_data:
                 variable, value = _variable(inner_data, order, name)
-                if value is not None:
-                    found[variable] = value
+                found[variable] = value
     return found
 
 

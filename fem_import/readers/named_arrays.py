@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -21,18 +21,31 @@ SET_PREFIX = "set_"
 
 
 def model_of_arrays(
-    arrays: Mapping[str, Any], units: str | None, source: str, dofs: Path | None, node_sets: Mapping[str, Any]
+    arrays: Mapping[str, Any],
+    units: str | None,
+    source: str,
+    dofs: Path | None,
+    node_sets: Mapping[str, Any],
+    others: Collection[str] = (),
 ) -> FEModel:
     """Make the FEModel of K, M or E, C or D with positions or nodes, dofs, node_ids; or of a CSV of DoF.
 
-    nodes: (n_nodes, 4) label, x, y, z, instead of positions and node_ids. Raises ExportError.
+    nodes: (n_nodes, 4) label, x, y, z, instead of positions and node_ids; others: names of the file that are not
+    agreed, of which names= may choose. Raises ExportError.
     """
     required_units(units, source)
     K, M, C = (_matrix(arrays, kind, source) for kind in MATRICES)
     if K is None or M is None:
         missing = "K" if K is None else "M (or E)"
-        near = nearest_known(missing[0], arrays)
-        raise ExportError(f"{source} holds no {missing}: the {'mass' if K is not None else 'stiffness'} matrix.{near}")
+        near = nearest_known(missing[0], [*arrays, *others])
+        cure = (
+            f" If one of them is it: names={{{missing[0]!r}: ...}}; fields of a struct must be saved as variables of "
+            "their own."
+            if others
+            else ""
+        )
+        word = "mass" if K is not None else "stiffness"
+        raise ExportError(f"{source} holds no {missing}: the {word} matrix.{near}{cure}")
     if dofs is not None:
         table = read_dof_table(dofs)
         sets = {**table.nodes.sets, **node_sets}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -32,6 +32,8 @@ IntArray: TypeAlias = NDArray[np.int64]
 SparseMatrix: TypeAlias = "sparse.csr_array[Any, tuple[int, int]]"
 
 _KINDS = ("K", "M", "B")  # stiffness, mass, viscous damping, as Nastran names them
+_USUAL_NAMES = ("AAX", "AA", "XX", "GG")  # behind K, M, B: external superelements, the a-set, the g-set
+_FIRST_CARDS = (b"DMIG", b"GRID", b"BEGIN", b"CORD", b"EXTRN", b"ASET", b"SPOINT", b"DTI", b"SEBULK")
 _SUPERELEMENT_KEYWORDS = ("path", "interfaces", "mass", "names", "bulk", "positions", "units")
 _LARGEST_SUPERELEMENT = 20_000
 
@@ -100,6 +102,8 @@ def read_nastran(
         nodes = table.nodes
     if nodes is None:
         raise MissingFileError(f"{source.name} holds no GRID cards. Give bulk=, the file that has them.")
+    if dofs is None:
+        matrices = _in_basic_axes(matrices, files.bulk.axes, source.name)
     return matrices.without_null_rows().model(nodes, str(units), f"Nastran {source.name}", node_sets)
 
 
@@ -127,8 +131,9 @@ def read_nastran_superelement(
 
     Returns
     -------
-    ReducedBody : scalar points (component 0) become its modes. In OUTPUT4, which has no labels, the interfaces
-        come first in the order of their labels and the modes after them.
+    ReducedBody : scalar points (component 0) become its modes. In OUTPUT4, which has no labels, the rows are those
+        of EXTRN in the bulk data; without it the interfaces come first in the order of their labels and the modes
+        after them.
 
     Raises
     ------
@@ -140,9 +145,11 @@ def read_nastran_superelement(
     if files.are_labelled:
         matrices = files.labelled()
     else:
-        boundary = sorted(int(label) for label in interfaces.values())
-        table = [(label, direction) for label in boundary for direction in range(1, 7)]
-        table += [(number, MODAL) for number in range(1, files.size() - len(table) + 1)]
+        table = list(files.bulk.rows)
+        if not table:
+            boundary = sorted(int(label) for label in interfaces.values())
+            table = [(label, direction) for label in boundary for direction in range(1, 7)]
+            table += [(number, MODAL) for number in range(1, files.size() - len(table) + 1)]
         matrices = files.numbered(np.array(table, dtype=np.int64).reshape(-1, 2))
     if len(matrices.dofs) > _LARGEST_SUPERELEMENT:
         raise ExportError(f"{source.name}: {len(matrices.dofs)} DoF are no superelement. Read it by fi.read_nastran.")
@@ -150,6 +157,7 @@ def read_nastran_superelement(
         if files.bulk.nodes is None:
             raise ExportError(f"{source.name} holds no GRID cards. Give bulk= or positions={{label: (x, y, z)}}.")
         positions = dict(zip(files.bulk.nodes.labels.tolist(), files.bulk.nodes.positions, strict=True))
+    matrices = _in_basic_axes(matrices, files.bulk.axes, source.name)
     label = f"Nastran superelement {source.name}"
     warn_of_few_digits(matrices.digits, label)
     return superelement_body(
@@ -164,10 +172,55 @@ def read_nastran_superelement(
     )
 
 
+def _in_basic_axes(
+    matrices: LabelledMatrices, axes: Mapping[int, NDArray[np.float64]], source: str
+) -> LabelledMatrices:
+    """Turn the rows of grid points that have their displacements in a local system (CD)."""
+    place = {(node, direction): row for row, (node, direction) in enumerate(matrices.dofs.tolist())} if axes else {}
+    blocks: list[tuple[list[int], NDArray[np.float64]]] = []
+    for label, directions in axes.items():
+        for first in (1, 4):
+            rows = [place[label, first + k] for k in range(3) if (label, first + k) in place]
+            if len(rows) in (1, 2):
+                raise ExportError(
+                    f"{source}: GRID {label} has its displacements in a local system (CD) and only {len(rows)} of "
+                    "three rows here, which cannot be turned to basic axes. Leave its CD blank and export again."
+                )
+            if rows:
+                blocks.append((rows, directions))
+    if not blocks:
+        return matrices
+    turned = np.concatenate([rows for rows, _ in blocks])
+    others = np.setdiff1d(np.arange(len(matrices.dofs)), turned)
+    turn: SparseMatrix = sparse.csr_array(
+        sparse.coo_array(
+            (
+                np.concatenate([np.ones(len(others)), *(block.ravel() for _, block in blocks)]),
+                (
+                    np.concatenate([others, *(np.repeat(rows, 3) for rows, _ in blocks)]),
+                    np.concatenate([others, *(np.tile(rows, 3) for rows, _ in blocks)]),
+                ),
+            ),
+            shape=(len(matrices.dofs),) * 2,
+        )
+    )
+
+    def of_basic(matrix: SparseMatrix) -> SparseMatrix:
+        product = turn @ matrix @ turn.T
+        return sparse.csr_array((product + product.T) / 2)
+
+    return replace(
+        matrices,
+        K=of_basic(matrices.K),
+        M=of_basic(matrices.M),
+        C=None if matrices.C is None else of_basic(matrices.C),
+    )
+
+
 def is_bulk(head: bytes) -> bool:
-    """Whether a file starts with DMIG cards, as a punch file does."""
+    """Whether a file starts with the cards of a punch file: DMIG, or those of an external superelement."""
     lines = (line for line in head.splitlines() if line.strip() and not line.startswith(b"$"))
-    return next(lines, b"")[:4].upper() in (b"DMIG", b"GRID")
+    return next(lines, b"").upper().startswith(_FIRST_CARDS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -200,7 +253,7 @@ class _Files:
             if self.are_labelled:
                 refuse_cut_text(content, path.name)
                 read = parse_bulk(text_of(content), path.name)
-                self.bulk = BulkData(read.nodes or self.bulk.nodes, {})
+                self.bulk = replace(read if read.nodes else self.bulk, matrices={})
                 new = {name: _labelled_entries(name, matrix) for name, matrix in read.matrices.items()}
             else:
                 new = {}
@@ -274,21 +327,26 @@ def _labelled_entries(name: str, matrix: DirectMatrix) -> _Entries:
 
 
 def _chosen(found: Mapping[str, _Entries], kind: str, name: str | None, source: str) -> _Entries | None:
-    """Return the matrix of that name, or the only one whose name starts with its kind and that is square."""
+    """Return the matrix of that name, or the only one that by its name and form can be of that kind."""
     word = {"K": "stiffness", "M": "mass", "B": "damping"}[kind]
     if name is not None:
         if name.upper() not in found:
             raise ExportError(f"{source} has no matrix {name!r}.{nearest_known(name, found)}")
         candidates = [found[name.upper()]]
     else:
-        candidates = [one for key, one in found.items() if key.startswith(kind) and one.size >= 0]
+        candidates = _candidates(found, kind)
     if not candidates:
         if kind == "B":
             return None
         raise ExportError(
-            f"{source} holds no {word} matrix (a square one whose name starts with "
-            f"{kind}).{nearest_known(kind, found)} Give "
-            f"names={{{kind!r}: ...}}, or mass= if it is in another file."
+            f"{source} holds no {word} matrix (a real square one whose name starts with "
+            f"{kind}).{nearest_known(kind, found)} "
+            + (
+                f"Give names={{{kind!r}: ...}}, or mass= if it is in another file."
+                if found
+                else "A punch file of EXTSEOUT without DMIGPCH has its matrices in the .op4 beside it: read that one, "
+                "with this one as bulk=."
+            )
         )
     if len(candidates) > 1:
         raise ExportError(
@@ -298,6 +356,20 @@ def _chosen(found: Mapping[str, _Entries], kind: str, name: str | None, source: 
     if candidates[0].size < 0 or not np.all(np.isfinite(candidates[0].values)):
         raise ExportError(f"{source}: matrix {candidates[0].name} is not a real square matrix.")
     return candidates[0]
+
+
+def _candidates(found: Mapping[str, _Entries], kind: str) -> list[_Entries]:
+    """Return the square matrices whose names start so: one of Nastran's usual names goes before the others.
+
+    EXTSEOUT writes many more: K4XX (structural damping), KASMX, MUG1 ..., of which those that the model lacks are
+    1 x 1 and empty.
+    """
+    candidates = [
+        one for key, one in found.items() if key.startswith(kind) and one.size >= 0 and not key.startswith("K4")
+    ]
+    candidates = [one for one in candidates if len(one.values) or one.size > 1] or candidates * (kind != "B")
+    usual = [one for one in candidates if one.name.upper() in {kind + rest for rest in _USUAL_NAMES}]
+    return usual if len(usual) == 1 else candidates
 
 
 def _all_six(nodes: Nodes) -> DofTable:

@@ -1,4 +1,4 @@
-"""Nastran bulk data: cards in small, large and free field, grid points, and matrices as DMIG."""
+"""Nastran bulk data: cards in small, large and free field, grid points, matrices as DMIG, rows of superelements."""
 
 from __future__ import annotations
 
@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 
 from fem_import.errors import ExportError
 from fem_import.readers.nastran_columns import MatrixColumns, split_columns
+from fem_import.readers.nastran_systems import KINDS, CoordinateSystems
 from fem_import.readers.node_table import Nodes
 
 IntArray: TypeAlias = NDArray[np.int64]
 
-_WANTED = ("GRID", "GRDSET", "DMIG", "INCLUDE")
+_WANTED = ("GRID", "GRDSET", "DMIG", "INCLUDE", "EXTRN", *KINDS)
 _REAL = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+))(?:[EeDd]?([+-]?\d+))?$")
 
 
@@ -85,19 +86,26 @@ class _Terms:
 
 @dataclass(frozen=True, eq=False)
 class BulkData:
-    """Grid points in global axes (None where there are none) and matrices by name."""
+    """Grid points in global axes (None where there are none) and matrices by name.
+
+    axes: of the grid points whose displacements are in a local system, its directions as columns (3, 3);
+    rows: grid point and component (0: a scalar point) of a superelement's matrices, where EXTRN tells them.
+    """
 
     nodes: Nodes | None
     matrices: dict[str, DirectMatrix]
+    axes: dict[int, NDArray[np.float64]] = field(default_factory=dict)
+    rows: list[tuple[int, int]] = field(default_factory=list)
 
 
 def parse_bulk(text: str, name: str) -> BulkData:
-    """Parse GRID and DMIG; other cards are passed over. Raises ExportError.
+    """Parse GRID and its systems, DMIG and EXTRN; other cards are passed over. Raises ExportError.
 
-    Format: MSC Nastran Quick Reference Guide, "Bulk data entry", GRID, DMIG.
+    Format: MSC Nastran Quick Reference Guide, "Bulk data entry", GRID, CORD2R, DMIG, EXTRN.
     """
-    labels: list[int] = []
-    positions: list[list[float]] = []
+    grids: list[_Card] = []
+    rows: list[tuple[int, int]] = []
+    systems = CoordinateSystems()
     matrices: dict[str, _Terms] = {}
     in_large_field, lines = split_columns(text)
     for card in _cards(lines, name):
@@ -105,26 +113,56 @@ def parse_bulk(text: str, name: str) -> BulkData:
             raise ExportError(f"{card.where}: INCLUDE is not followed. Give the file with the GRID cards.")
         if card.name == "GRDSET" and (card.whole(1, 0) or card.whole(5, 0)):
             raise ExportError(
-                f"{card.where}: GRDSET sets a local system for all grid points; only the basic one is read."
+                f"{card.where}: GRDSET sets a local system for all grid points; only that of each GRID is read. Write "
+                "CP and CD on the GRID cards."
             )
         if card.name == "GRID":
-            label = card.whole(0)
-            for place, what in ((1, "position (CP)"), (5, "displacements (CD)")):
-                if card.whole(place, 0) != 0:
-                    raise ExportError(
-                        f"{card.where}: GRID {label} has its {what} in system {card.whole(place)}; only the basic one "
-                        "(0) is "
-                        "read, as matrices and positions must be in global axes."
-                    )
-            labels.append(label)
-            positions.append([card.real(place) for place in (2, 3, 4)])
+            grids.append(card)
+        elif card.name in KINDS:
+            points = np.array([card.real(place) for place in range(2, 11)]).reshape(3, 3)
+            systems.define(card.whole(0), card.name, card.whole(1, 0), points, card.where)
+        elif card.name == "EXTRN":
+            rows += _external_rows(card)
         elif card.name == "DMIG":
             _take_matrix(card, matrices)
-    nodes = Nodes(np.array(labels, dtype=np.int64), np.array(positions), {}) if labels else None
+    nodes, axes = _placed(grids, systems)
     for undeclared in in_large_field.keys() - matrices.keys():
         where = f"{name}, line {in_large_field[undeclared].first_line}"
         raise ExportError(f"{where}: a column of matrix {undeclared!r} has no declaration. Is the file cut?")
-    return BulkData(nodes, {key: terms.with_columns(in_large_field.get(key)) for key, terms in matrices.items()})
+    found = {key: terms.with_columns(in_large_field.get(key)) for key, terms in matrices.items()}
+    return BulkData(nodes, found, axes, rows)
+
+
+def _placed(grids: list[_Card], systems: CoordinateSystems) -> tuple[Nodes | None, dict[int, NDArray[np.float64]]]:
+    """Return the grid points in the basic system, and the axes of those that have their displacements in another."""
+    labels: list[int] = []
+    positions: list[list[float]] = []
+    turned: list[tuple[int, int]] = []
+    for number, card in enumerate(grids):
+        labels.append(card.whole(0))
+        position, displacement = card.whole(1, 0), card.whole(5, 0)
+        point = [card.real(place) for place in (2, 3, 4)]
+        positions.append(systems.position(position, np.array(point), card.where).tolist() if position else point)
+        if displacement:
+            turned.append((number, displacement))
+    if not grids:
+        return None, {}
+    places = np.array(positions)
+    axes = {labels[number]: systems.axes_at(to, places[number], grids[number].where) for number, to in turned}
+    return Nodes(np.array(labels, dtype=np.int64), places, {}), axes
+
+
+def _external_rows(card: _Card) -> list[tuple[int, int]]:
+    """Return the rows of pairs "grid point, components": 123456 are six, 0 is a scalar point."""
+    rows: list[tuple[int, int]] = []
+    for place in range(0, len(card.fields) - 1, 2):
+        if not card.fields[place].strip():
+            continue
+        components = str(card.whole(place + 1, 0))
+        if not re.fullmatch(r"0|[1-6]{1,6}", components):
+            raise ExportError(f"{card.where}, EXTRN: {components} are no components of grid point {card.whole(place)}.")
+        rows += [(card.whole(place), int(component)) for component in components]
+    return rows
 
 
 def _take_matrix(card: _Card, matrices: dict[str, _Terms]) -> None:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,10 +16,12 @@ from fem_import.readers.triplets import refuse_cut_text
 IntArray: TypeAlias = NDArray[np.int64]
 FloatArray: TypeAlias = NDArray[np.float64]
 
-_HEADER_BYTES = 24
+_HEADER_WORDS = 4  # columns, rows, form, type; two words of four characters follow
 _FORMAT = re.compile(r"(\d+)[EDG](\d+)\.(\d+)", re.IGNORECASE)
 _LARGEST = 1 << 31
-_NAME = re.compile(r"[A-Z][A-Z0-9]{0,7}$", re.IGNORECASE)
+_NAME = re.compile(r"[A-Z][A-Z0-9_]{0,7}$", re.IGNORECASE)
+_OLD_FORMAT = "1P,5E16.9"  # of headers that tell none
+_WIDE = "|I16"  # at the end of a text header: columns and rows are printed 16 wide
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,17 +62,39 @@ def parse_op4(content: bytes, name: str) -> dict[str, OutputMatrix]:
     first row or in strings led by length and row; a column beyond the last one ends the matrix.
     """
     for order in ("<", ">"):
-        if len(content) >= 4 and int(np.frombuffer(content[:4], order + "i4")[0]) == _HEADER_BYTES:
-            return _parse_binary(content, name, order)
+        for width in (4, 8):
+            header = (_HEADER_WORDS + 2) * width
+            if len(content) >= 4 and int(np.frombuffer(content[:4], order + "i4")[0]) == header:
+                return _parse_binary(content, name, _Words(order, width))
     return _parse_text(content, name)
+
+
+@dataclass(frozen=True)
+class _Words:
+    """The words of a binary file: byte order, and 4 or 8 bytes (Nastran's i8 mode, where all reals have 8)."""
+
+    order: str
+    width: int
+
+    def whole(self, data: bytes) -> NDArray[Any]:
+        return np.frombuffer(data, f"{self.order}i{self.width}")
+
+    def reals(self, kind: int) -> tuple[int, str]:
+        """Return the words of one real number of a type of matrix, and its dtype."""
+        n_bytes = 4 if kind in (1, 3) and self.width == 4 else 8
+        return n_bytes // self.width, f"{self.order}f{n_bytes}"
+
+    def name(self, data: bytes) -> str:
+        """Return the text of two words, of which each holds four characters."""
+        return b"".join(data[at : at + 4] for at in (0, self.width)).decode("latin-1").strip()
 
 
 def _checked(name: str, matrix: str, n_columns: int, n_rows: int, kind: int) -> None:
     if not _NAME.match(matrix):
-        raise ExportError(f"{name}: {matrix[:20]!r} is no name of a matrix. Is this an OUTPUT4 file (32-bit words)?")
+        raise ExportError(f"{name}: {matrix[:20]!r} is no name of a matrix. Is this an OUTPUT4 file, or a damaged one?")
     if kind not in (1, 2, 3, 4):
         raise ExportError(f"{name}: matrix {matrix} is of type {kind}; 1 to 4 exist. Damaged?")
-    if not (0 < n_rows < _LARGEST and 0 < n_columns < _LARGEST):
+    if not (0 <= n_rows < _LARGEST and 0 <= n_columns < _LARGEST):
         raise ExportError(f"{name}: matrix {matrix} is {n_rows} x {n_columns}.")
 
 
@@ -85,39 +110,40 @@ def _finished(name: str, matrix: str, size: tuple[int, int], found: _Column, dig
     return OutputMatrix(square, found.is_complex, rows, columns, values, digits)
 
 
-def _parse_binary(content: bytes, name: str, order: str) -> dict[str, OutputMatrix]:
-    words = np.frombuffer(content[: len(content) // 4 * 4], order + "i4")
+def _parse_binary(content: bytes, name: str, words: _Words) -> dict[str, OutputMatrix]:
+    marks = np.frombuffer(content[: len(content) // 4 * 4], words.order + "i4")
+    width = words.width
     at = 0
 
     def record() -> bytes:
         nonlocal at
-        length = int(words[at]) if at < len(words) else -1
+        length = int(marks[at]) if at < len(marks) else -1
         end = at + 1 + length // 4
-        if length < 12 or length % 4 or end >= len(words) or words[end] != length:
+        if length < 3 * width or length % width or end >= len(marks) or marks[end] != length:
             raise ExportError(f"{name}: no whole record at byte {4 * at}: truncated or damaged.")
         found = content[4 * at + 4 : 4 * end]
         at = end + 1
         return found
 
     matrices: dict[str, OutputMatrix] = {}
-    while at < len(words):
+    while at < len(marks):
         header = record()
-        if len(header) != _HEADER_BYTES:
-            raise ExportError(f"{name}: expected a matrix' header at byte {4 * at - _HEADER_BYTES}: damaged.")
-        n_columns, n_rows, _, kind = (int(word) for word in np.frombuffer(header[:16], order + "i4"))
-        matrix = header[16:24].decode("latin-1").strip()
+        if len(header) != (_HEADER_WORDS + 2) * width:
+            raise ExportError(f"{name}: expected a matrix' header at byte {4 * at - len(header)}: damaged.")
+        n_columns, n_rows, _, kind = (int(word) for word in words.whole(header[: _HEADER_WORDS * width]))
+        matrix = words.name(header[_HEADER_WORDS * width :])
         big = n_rows < 0
         n_rows = abs(n_rows)
         _checked(name, matrix, n_columns, n_rows, kind)
-        per_value, real = (1, order + "f4") if kind in (1, 3) else (2, order + "f8")
+        per_value, real = words.reals(kind)
         found = _Column([], [], [], kind > 2)
         while True:
             data = record()
-            column, row, n_words = (int(word) for word in np.frombuffer(data[:12], order + "i4"))
+            column, row, n_words = (int(word) for word in words.whole(data[: 3 * width]))
             if column > n_columns:
                 break
-            body = data[12:]
-            if column < 1 or row < 0 or n_words * 4 != len(body):
+            body = data[3 * width :]
+            if column < 1 or row < 0 or n_words * width != len(body):
                 raise ExportError(f"{name}: column {column} of matrix {matrix} is damaged.")
             if row > 0:
                 if n_words % per_value:
@@ -126,18 +152,17 @@ def _parse_binary(content: bytes, name: str, order: str) -> dict[str, OutputMatr
                 continue
             place = 0
             while place < n_words:
-                string = np.frombuffer(body[4 * place : 4 * place + 8], order + "i4")
-                row, length, head = _string(string, big)
+                row, length, head = _string(words.whole(body[width * place : width * (place + 2)]), big)
                 start = place + head
                 place = start + length
                 if row < 1 or length < 1 or length % per_value or place > n_words:
                     raise ExportError(f"{name}: column {column} of matrix {matrix} has a string that is damaged.")
-                found.add(row, column, np.frombuffer(body[4 * start : 4 * place], real).astype(np.float64))
+                found.add(row, column, np.frombuffer(body[width * start : width * place], real).astype(np.float64))
         matrices[matrix.upper()] = _finished(name, matrix, (n_rows, n_columns), found, None)
     return matrices
 
 
-def _string(words: IntArray | NDArray[np.int32], big: bool) -> tuple[int, int, int]:
+def _string(words: NDArray[Any], big: bool) -> tuple[int, int, int]:
     """Return row, number of words and words of the head of a string; row and length share a word if rows < 65536."""
     if big:
         return (int(words[1]) if len(words) > 1 else 0), int(words[0]) - 1, 2
@@ -151,12 +176,13 @@ def _parse_text(content: bytes, name: str) -> dict[str, OutputMatrix]:
     at = 0
     matrices: dict[str, OutputMatrix] = {}
 
-    def integers(width: int, count: int, what: str) -> list[int]:
+    def integers(widths: tuple[int, ...], what: str) -> list[int]:
         nonlocal at
         line = lines[at] if at < len(lines) else ""
         at += 1
+        ends = list(itertools.accumulate(widths))
         try:
-            return [int(line[k * width : (k + 1) * width]) for k in range(count)]
+            return [int(line[end - width : end]) for width, end in zip(widths, ends, strict=True)]
         except ValueError:
             raise ExportError(
                 f"{name}, line {at}: expected {what}, found {line[:60]!r}: truncated or damaged."
@@ -164,9 +190,11 @@ def _parse_text(content: bytes, name: str) -> dict[str, OutputMatrix]:
 
     while at < len(lines) and lines[at].strip():
         header = lines[at]
-        n_columns, n_rows, _, kind = integers(8, 4, "columns, rows, form, type")
-        matrix = header[32:40].strip()
-        printed = _FORMAT.search(header[40:])
+        widths = (16, 16, 8, 8) if header.rstrip().endswith(_WIDE) else (8, 8, 8, 8)
+        n_columns, n_rows, _, kind = integers(widths, "columns, rows, form, type")
+        name_at = sum(widths)
+        matrix = header[name_at : name_at + 8].strip()
+        printed = _FORMAT.search(header[name_at + 8 :].strip() or _OLD_FORMAT)
         big = n_rows < 0
         n_rows = abs(n_rows)
         _checked(name, matrix, n_columns, n_rows, kind)
@@ -195,7 +223,7 @@ def _parse_text(content: bytes, name: str) -> dict[str, OutputMatrix]:
                 raise ExportError(f"{name}, line {at}: expected {count} values of width {width}: damaged.") from None
 
         while True:
-            column, row, n_words = integers(8, 3, "column, row, words")
+            column, row, n_words = integers((8, 8, 8), "column, row, words")
             if column > n_columns:
                 at += 1  # a line that stands for nothing, sometimes of another width
                 if at > len(lines):
@@ -209,7 +237,7 @@ def _parse_text(content: bytes, name: str) -> dict[str, OutputMatrix]:
             left = n_words
             while left > 0:
                 whole_line = max(len(lines[at]), 1) if at < len(lines) else 1
-                string = np.array(integers(8, 2, "a string") if big else integers(whole_line, 1, "a string"))
+                string = np.array(integers((8, 8) if big else (whole_line,), "a string"))
                 row, length, head = _string(string, big)
                 left -= length + head
                 if row < 1 or length < 1 or length % per_value or left < 0:

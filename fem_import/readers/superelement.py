@@ -81,6 +81,7 @@ def superelement_body(
     if not body.is_free:
         warn_user(
             f"{source} does not move freely: rigid motion of its interfaces strains it. It is held to ground in the "
-            "export, its positions are not those of its nodes, or too few digits are printed."
+            "export, its positions are not those of its nodes, its rows are in another order (they are known where "
+            "bulk= of a Nastran file has EXTRN), or too few digits are printed."
         )
     return body

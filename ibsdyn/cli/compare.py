@@ -67,4 +67,17 @@ def run(given: argparse.Namespace) -> Outcome:
         "largest deviation": comparison.deviation,
         "resonances": [asdict(resonance) for resonance in comparison.resonances],
     }
-    return Outcome(str(comparison), data, FINE if agree else REMARKS)
+    text = f"{comparison}\n\n{_verdict(share, float(comparison.deviation.max()), given)}"
+    return Outcome(text, data | {"agree": agree}, FINE if agree else REMARKS)
+
+
+def _verdict(share: float, deviation: float, given: argparse.Namespace) -> str:
+    """Say whether model and test agree, and by which of the two measures."""
+    if share >= given.least_share:
+        return f"they agree: at least {100 * given.least_share:g} % of the values lie inside the region"
+    if deviation <= given.allowed:
+        return f"they agree: no value is further off than {100 * given.allowed:g} % of the peak"
+    return (
+        f"they do not agree: fewer than {100 * given.least_share:g} % of the values lie inside the region, and the "
+        f"largest deviation is above {100 * given.allowed:g} % of the peak"
+    )

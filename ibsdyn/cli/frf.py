@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
 import numpy as np
 
 from ibsdyn.cli.figures import add_plot, write_figure
 from ibsdyn.cli.model_argument import add_model, add_signals, chosen_signals, read_model
 from ibsdyn.cli.outcome import Outcome
+from ibsdyn.cli.output_file import output_file
 from ibsdyn.errors import AnalysisError
 from ibsdyn.frequency_response import FrequencyResponse
 from ibsdyn.interchange.frf_files import write_frf
@@ -31,7 +31,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--to", dest="last", type=float, default=1000.0, metavar="HZ", help="default 1000 Hz")
     parser.add_argument("--points", type=int, default=1000, help="spaced evenly in log frequency, default 1000")
     parser.add_argument("--hysteretic", action="store_true", help="complex stiffness in place of viscous damping")
-    parser.add_argument("--save", type=Path, metavar="FILE", help="write the responses, as frf.csv, frf.uff or frf.mat")
+    parser.add_argument(
+        "--save", type=output_file(), metavar="FILE", help="write the responses, as frf.csv, frf.uff or frf.mat"
+    )
     add_plot(parser)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import sys
 import warnings
 from collections.abc import Sequence
@@ -50,7 +51,7 @@ class _Parser(argparse.ArgumentParser):
     """argparse, but one line for an error, and the nearest known command for an unknown one."""
 
     def error(self, message: str) -> NoReturn:
-        self.exit(WRONG, f"{self.prog}: error: {message}. See {self.prog} --help.\n")
+        self.exit(WRONG, f"{self.prog}: error: {message.rstrip('.')}. See {self.prog} --help.\n")
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         if action.choices is not None and value not in action.choices:
@@ -77,7 +78,7 @@ def parser() -> argparse.ArgumentParser:
         )
         module.add_arguments(one)
         one.add_argument("--json", action="store_true", help="print one JSON object instead of text")
-        one.set_defaults(run=module.run)
+        one.set_defaults(run=module.run, parser=one)
     return whole
 
 
@@ -89,7 +90,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     arguments : without the program's name; those of the process if None.
     """
     try:
-        given = parser().parse_args(arguments)
+        given, unknown = parser().parse_known_args(arguments)
+        if unknown:
+            given.parser.error(_stranger(unknown, given.parser))
     except SystemExit as end:  # argparse has said what there is to say
         return int(end.code or 0)
     os.environ.setdefault("MPLBACKEND", "Agg")  # figures go to files; a terminal may have no display
@@ -111,6 +114,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # `ibsdyn modes ... | head` has read enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     return int(outcome.status)
+
+
+def _stranger(unknown: Sequence[str], command: argparse.ArgumentParser) -> str:
+    """Say which argument a command does not take, and the nearest option that it does."""
+    option = next((word.partition("=")[0] for word in unknown if word.startswith("-")), None)
+    if option is None:
+        return f"{unknown[0]!r} is one argument too many"
+    known = dict.fromkeys(re.findall(r"--[a-z-]+", command.format_usage()))
+    return f"there is no {option}.{nearest_known(option, known)}"
 
 
 def _told(error: Exception) -> str:

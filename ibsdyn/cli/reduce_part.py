@@ -9,6 +9,7 @@ from pathlib import Path
 import fem_import as fi
 from ibsdyn.cli.import_part import add_export, read_export
 from ibsdyn.cli.outcome import FINE, REMARKS, Outcome
+from ibsdyn.cli.output_file import output_file
 from ibsdyn.errors import ModelError
 
 NAME = "reduce"
@@ -32,7 +33,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--method", default="craig-bampton", help="craig-bampton (default), craig-chang or guyan")
     parser.add_argument("--cache", type=Path, metavar="FOLDER", help="keep the result by the content of the input")
     parser.add_argument("--check", action="store_true", help="compare with the modes of the full part")
-    parser.add_argument("--save", type=Path, metavar="FILE.npz", help="write the body, to be named in a model file")
+    parser.add_argument(
+        "--save", type=output_file([".npz"]), metavar="FILE.npz", help="write the body, to be named in a model file"
+    )
 
 
 def run(given: argparse.Namespace) -> Outcome:
@@ -64,8 +67,6 @@ def run(given: argparse.Namespace) -> Outcome:
         text += f"\n\n{found}"
         data |= {"full [Hz]": found.full, "tied [Hz]": found.tied, "reduced [Hz]": found.reduced}
     if given.save is not None:
-        if given.save.suffix != ".npz":
-            raise ModelError(f"--save {given.save}: a reduced body is a file .npz.")
         body.save(given.save)
         text += f"\n\nwrote {given.save}"
     return Outcome(text, data, REMARKS if body.findings else FINE)

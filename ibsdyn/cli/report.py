@@ -7,6 +7,7 @@ from pathlib import Path
 
 from ibsdyn.cli.model_argument import add_model, read_model
 from ibsdyn.cli.outcome import FINE, REMARKS, Outcome
+from ibsdyn.cli.output_file import output_file
 from ibsdyn.cli.variants import add_variants, asks_variants, run_variants
 from ibsdyn.errors import ModelError
 from ibsdyn.history import History
@@ -28,7 +29,9 @@ The last one shows the odds to meet each requirement; it takes the options of ib
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Describe the arguments."""
     add_model(parser)
-    parser.add_argument("--save", type=Path, metavar="FILE.html", help="default: the model file's name with .html")
+    parser.add_argument(
+        "--save", type=output_file(), metavar="FILE.html", help="default: the model file's name with .html"
+    )
     parser.add_argument("--title", help="heading; default the model's name")
     parser.add_argument("--note", default="", help="a sentence under the heading")
     parser.add_argument("--concept", nargs="+", type=Path, default=[], metavar="MODEL", help="other fidelities")

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
 import numpy as np
 
 from ibsdyn.cli.figures import add_plot, write_figure
 from ibsdyn.cli.model_argument import add_model, add_signals, chosen_signals, read_model
 from ibsdyn.cli.outcome import Outcome
+from ibsdyn.cli.output_file import output_file
 from ibsdyn.errors import ExcitationError
 from ibsdyn.multisine import band_lines, multisine
-from ibsdyn.records.write import write_record
+from ibsdyn.records.write import SUFFIXES, write_record
 
 NAME = "simulate"
 SUMMARY = "run the nonlinear model in time under a multisine on one input and write the record"
@@ -34,7 +34,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--sample-rate", type=float, metavar="HZ", help="default: 2.56 times the band's end, or more")
     parser.add_argument("--seed", type=int, default=0, help="of the random phases")
     parser.add_argument("--gravity", nargs=3, type=float, metavar=("GX", "GY", "GZ"), help="[m/s²], as 0 0 -9.81")
-    parser.add_argument("--save", type=Path, metavar="FILE", help="write the record, as run.npz or run.csv")
+    parser.add_argument(
+        "--save", type=output_file(SUFFIXES), metavar="FILE", help="write the record, as run.npz or run.csv"
+    )
     add_plot(parser)
 
 

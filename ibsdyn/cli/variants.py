@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 
+from ibsdyn.cli.output_file import output_file
 from ibsdyn.errors import ModelError
 from ibsdyn.model import Model
 from ibsdyn.quantities import ModeFrequency
@@ -25,7 +25,9 @@ def add_variants(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seed", type=int, default=0, help="same seed, same variants, whatever the workers")
     parser.add_argument("--modes", type=int, default=0, metavar="N", help="keep the first N frequencies too")
     parser.add_argument("--workers", type=int, help="processes; default one a core")
-    parser.add_argument("--results", type=Path, metavar="FILE", help="keep every result; an interrupted study goes on")
+    parser.add_argument(
+        "--results", type=output_file(), metavar="FILE", help="keep every result; an interrupted study goes on"
+    )
 
 
 def asks_variants(given: argparse.Namespace) -> bool:

@@ -8,6 +8,7 @@ os.environ.setdefault("EXUDYN_NO_USER_SETTINGS", "1")
 from ibsdyn.engine.linearization import FullMatrices, linearized_matrices
 from ibsdyn.engine.time_integration import BaseDrive, LoadDrive, StartState, TimeIntegration
 from ibsdyn.engine.translation import FlexibleMapping, checked_mapping
+from ibsdyn.engine.turning_damping import TurningDamping
 
 __all__ = [
     "BaseDrive",
@@ -16,6 +17,7 @@ __all__ = [
     "LoadDrive",
     "StartState",
     "TimeIntegration",
+    "TurningDamping",
     "checked_mapping",
     "linearized_matrices",
 ]

@@ -11,9 +11,10 @@ import exudyn.itemInterface as eii  # noqa: N813  # Exudyn's own abbreviation
 import numpy as np
 
 from ibsdyn.assembly import Assembly, Joint
-from ibsdyn.axes import Array, is_rotation
+from ibsdyn.axes import Array, is_rotation, rotate_six
 from ibsdyn.components import FlexibleBody, Inertia1D, RigidBody
-from ibsdyn.engine.translation import FlexibleMapping, Translation, checked_mapping, silent
+from ibsdyn.engine.translation import FlexibleMapping, Translation, checked_mapping, silent, spring_frame
+from ibsdyn.engine.turning_damping import TurningDamping
 from ibsdyn.errors import SimulationError
 from ibsdyn.generalized_alpha import SPECTRAL_RADIUS
 from ibsdyn.signals import Force, Stroke, Torque, load_column
@@ -26,6 +27,9 @@ RELATIVE_TOLERANCE = 1e-9
 REPORTS = 200
 # Dense factors of more coordinates than this cost more than sparse ones.
 SPARSE_SIZE = 50
+# Damping follows bodies that have turned by this [rad] since it last did: of what it brakes wrongly no more is left.
+# Whether they have is looked at every so many steps until they do, then in each.
+TURN, LOOK = 1e-3, 8
 # A coordinate beyond this [m, rad] is a run that diverges; no machine of this toolbox is a kilometre long.
 BLOW_UP = 1e3
 
@@ -80,6 +84,7 @@ class TimeIntegration:
     assembly : coordinates and joints.
     flexible : how flexible bodies are represented.
     damping : (N, N) viscous matrix over all coordinates, beyond the explicit dampers.
+    turning_damping : the same as a function of where rigid bodies have turned; None where it stays as it is.
     gravity : (3,) acceleration of gravity [m/s²].
     drives : what moves it.
     recorded : items whose coordinates are kept, and up to which derivative: a rigid body, a fixation, a flexible body;
@@ -89,6 +94,7 @@ class TimeIntegration:
     assembly: Assembly
     flexible: FlexibleMapping
     damping: Array
+    turning_damping: TurningDamping | None
     gravity: Array
     drives: Sequence[BaseDrive | LoadDrive]
     recorded: Mapping[str, int]
@@ -101,7 +107,7 @@ class TimeIntegration:
         n_samples: int,
         tolerance: float,
         report: Callable[[int], None],
-    ) -> dict[str, Array]:
+    ) -> tuple[dict[str, Array], dict[str, Array]]:
         """Integrate, from the static equilibrium under gravity displaced by a start state.
 
         Parameters
@@ -113,10 +119,12 @@ class TimeIntegration:
 
         Returns
         -------
-        By recorded item (orders, n_samples, n): its coordinates and as many time derivatives as asked for. Six (x, y, z
-        and the angles of R = Rx Ry Rz) of what is rigid; of a flexible body in small deflection those of its reduced
-        matrices; in a floating frame position and Euler parameters of the frame and deformations, all minus their
-        values in the undeformed state.
+        First, by recorded item (orders, n_samples, n): its coordinates and as many time derivatives as asked for. Six
+        (x, y, z and the angles of R = Rx Ry Rz) of what is rigid; of a flexible body in small deflection those of its
+        reduced matrices; in a floating frame position and Euler parameters of the frame and deformations, all minus
+        their values in the undeformed state.
+        Second, by item (3,): how far it turned from its undeformed state about x, y and z at most, as far as was looked
+        [rad]. Of a flexible body the interface or the frame that turned most.
 
         Raises
         ------
@@ -129,7 +137,7 @@ class TimeIntegration:
             run = _Run(self)
             run.set_start(start)
             run.integrate(step, steps_per_sample, n_samples, tolerance, report)
-            return {name: run.coordinates(name, n_samples) for name in self.recorded}
+            return {name: run.coordinates(name, n_samples) for name in self.recorded}, run.turned()
 
 
 class _Run:
@@ -150,7 +158,7 @@ class _Run:
         for joint in self.assembly.joints:
             if joint.locks.size:
                 self._add_lock(joint)
-        self._add_damping()
+        self.follow_turning = self._add_damping()
         self._add_gravity()
         self.setters += [self._setter(drive) for drive in task.drives if isinstance(drive, LoadDrive)]
         self.sensors: dict[int, list[int]] = {}
@@ -158,6 +166,12 @@ class _Run:
             for node in self._nodes_of(name):
                 self._add_sensors(node, order)
         self.mbs.Assemble()
+        if self.follow_turning is not None:
+            self.rigid_rows = self.system.rigid_rows()
+        turning = [] if self.assembly.axis is not None else self.system.rotation_rows()
+        self.turning = [name for name, _ in turning]
+        self.turning_rows = np.array([rows for _, rows in turning], dtype=int).reshape(-1, 3)
+        self.largest_turns = np.zeros((len(turning), 3))
 
     def _point(self, signal: Force | Torque | Stroke) -> Array:
         if isinstance(signal, Force) and signal.position is not None:
@@ -227,12 +241,31 @@ class _Run:
             )
         )
 
-    def _add_damping(self) -> None:
-        if self.task.damping.any():
-            nodes, from_nodes = self.system.from_nodes(list(self.assembly.items))
-            self.mbs.AddObject(
-                eii.ObjectGenericODE2(nodeNumbers=nodes, dampingMatrix=from_nodes.T @ self.task.damping @ from_nodes)
-            )
+    def _add_damping(self) -> Callable[[float], bool] | None:
+        """Add the damping of the ratios; return what lets it follow bodies that turn."""
+        if not self.task.damping.any():
+            return None
+        nodes, from_nodes = self.system.from_nodes(list(self.assembly.items))
+        dampers = self.mbs.AddObject(
+            eii.ObjectGenericODE2(nodeNumbers=nodes, dampingMatrix=from_nodes.T @ self.task.damping @ from_nodes)
+        )
+        turning = self.task.turning_damping
+        if turning is None:
+            return None
+        last = np.zeros((len(nodes), 3))
+
+        def follow(step: float) -> bool:
+            """Bring the damping to where the bodies will be at the end of the step, if they have turned."""
+            nonlocal last
+            now = np.asarray(self.mbs.systemData.GetODE2Coordinates())[self.rigid_rows]
+            if np.abs(now[:, 3:] - last).max() < TURN:
+                return False
+            ahead = now + step * np.asarray(self.mbs.systemData.GetODE2Coordinates_t())[self.rigid_rows]
+            self.mbs.SetObjectParameter(dampers, "dampingMatrix", turning.matrix(ahead))
+            last = now[:, 3:]
+            return True
+
+        return follow
 
     def _add_gravity(self) -> None:
         gravity = self.task.gravity
@@ -266,7 +299,8 @@ class _Run:
             if self.assembly.axis is not None:
                 return set_object, spring, "offset", _numbers(drive.values)
             joint = next(joint for joint in self.assembly.joints if joint.name == signal.item)
-            return set_object, spring, "offset", np.outer(drive.values, signal.six_vector(joint))
+            offset = rotate_six(spring_frame(joint)).T @ signal.six_vector(joint)
+            return set_object, spring, "offset", np.outer(drive.values, offset)
         if self.assembly.axis is not None:
             marker = self.system.coordinate_marker(self.system.nodes[signal.item], 0)
             load = self.mbs.AddLoad(eii.LoadCoordinate(markerNumber=marker, load=0.0))
@@ -362,11 +396,14 @@ class _Run:
         setters = [(*setter, len(setter[-1])) for setter in self.setters]
         every = max(1, n_steps // REPORTS)
         trouble: list[BaseException] = []
+        follow, look = self.follow_turning, LOOK
 
         def before_step(mbs: Any, time: float) -> bool:
-            nonlocal made
-            made += 1
+            nonlocal made, look
             try:
+                if follow is not None and made % look == 0 and follow(step):
+                    look = 1
+                made += 1
                 for set_parameter, item, parameter, values, length in setters:
                     set_parameter(item, parameter, values[made % length])
                 if made % every == 0:
@@ -400,7 +437,7 @@ class _Run:
                 f"Exudyn changed the step: it is at {time:.9g} s where step {made} ends at {made * step:.9g} s; please "
                 "report the model."
             )
-        coordinates = self.mbs.systemData.GetODE2Coordinates()
+        coordinates = np.asarray(self.mbs.systemData.GetODE2Coordinates())
         largest = np.abs(coordinates).max(initial=0.0)
         if not largest < BLOW_UP:
             raise SimulationError(
@@ -408,6 +445,16 @@ class _Run:
                 "excitation that is far too large, a body that nothing holds, a step that is too long for the "
                 "stiffness; try a smaller amplitude or more steps_per_sample."
             )
+        np.maximum(self.largest_turns, np.abs(coordinates[self.turning_rows]), out=self.largest_turns)
+
+    def turned(self) -> dict[str, Array]:
+        """Return how far items turned; see ``TimeIntegration.run``."""
+        furthest: dict[str, Array] = {}
+        for name, turns in zip(self.turning, self.largest_turns, strict=True):
+            # Euler parameters are half the angles.
+            angles = 2.0 * turns if name in self.system.floating_nodes else turns
+            furthest[name] = np.maximum(furthest.get(name, 0.0), angles)
+        return furthest
 
     # -- what comes out
 

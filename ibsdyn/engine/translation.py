@@ -12,15 +12,18 @@ from typing import Any, Literal
 
 import exudyn as exu
 import numpy as np
+from numpy.typing import NDArray
 
 from ibsdyn.assembly import Assembly, Joint
-from ibsdyn.axes import Array, is_rotation
+from ibsdyn.axes import Array, is_rotation, rotate_six
 from ibsdyn.components import Fixation, FlexibleBody, Inertia1D, RigidBody
 from ibsdyn.errors import ModelError, nearest
 from ibsdyn.floating_frame import FloatingFrame
 
 FlexibleMapping = Literal["small-deflection", "floating-frame"]
 FLEXIBLE_MAPPINGS = ("small-deflection", "floating-frame")
+# A rotation this much softer than the others is a hinge: it may turn far while they do not.
+SOFT = 0.1
 Points = Sequence[tuple[str, Array]]
 
 
@@ -210,12 +213,16 @@ class Translation:
                 }
             )
             return
+        frame = spring_frame(joint)
+        both = rotate_six(frame)
         self.springs[joint.name] = self.mbs.AddObject(
             {
                 "objectType": "ConnectorRigidBodySpringDamper",
                 "markerNumbers": self.joint_markers(joint),
-                "stiffness": joint.stiffness,
-                "damping": joint.damping,
+                "stiffness": both.T @ joint.stiffness @ both,
+                "damping": both.T @ joint.damping @ both,
+                "rotationMarker0": frame,
+                "rotationMarker1": frame,
                 # The intrinsic formulation's Jacobian of the damper is wrong by 20 to 30 % (exudyn 1.13.6).
                 "useIntrinsicFormulation": False,
             }
@@ -310,8 +317,43 @@ class Translation:
         """Return where the four Euler parameters of each floating frame are among Exudyn's coordinates."""
         return [self._rows(rigid)[3:] for rigid, _ in self.floating_nodes.values()]
 
+    def rigid_rows(self) -> NDArray[np.intp]:
+        """Return the (n, 6) rows of rigid bodies and fixations, all items of the assembly, among the coordinates."""
+        return np.array([self._rows(self.nodes[name]) for name in self.assembly.items])
+
+    def rotation_rows(self) -> list[tuple[str, list[int]]]:
+        """Return by rotating node its item and the three rows of its rotation among Exudyn's coordinates.
+
+        Those of the angles, or of a floating frame's Euler parameters but the scalar one.
+        """
+        found = []
+        for name in self.assembly.items:
+            if name in self.floating_nodes:
+                found.append((name, self._rows(self.floating_nodes[name][0])[4:]))
+                continue
+            modes = self.nodes[name] if name in self.body_nodes and name in self.nodes else None
+            found += [(name, self._rows(node)[3:]) for node in self.item_nodes(name) if node != modes]
+        return found
+
     def _rows(self, node: int) -> list[int]:
         return list(self.mbs.systemData.GetNodeLTGODE2(node))
+
+
+def spring_frame(joint: Joint) -> Array:
+    """Return the (3, 3) axes, as columns, in which a joint's spring measures: global, or its softest rotation last.
+
+    Exudyn measures rotations as angles of R = Rx Ry Rz and puts the moments on the axes of the first end. With a large
+    angle last all three belong together. With it first, as of a hinge about x, stiff moments about the other two are
+    on axes that have not turned along: they bring in energy, and the body flutters.
+    """
+    stiffness = np.array(joint.connection.stiffness[3:])
+    softest = int(stiffness.argmin())
+    axes = joint.connection.axes_matrix
+    others = np.delete(stiffness, softest)
+    if not stiffness[softest] < SOFT * others.min() or abs(axes[2, softest]) == 1.0:
+        return np.eye(3)
+    turned: Array = axes[:, [(softest + 1) % 3, (softest + 2) % 3, softest]]
+    return turned
 
 
 def _container(matrix: Array) -> Any:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -72,7 +72,7 @@ def checked_channels(
         sample rate or units.
     UnknownNameError : a record without one of the channels.
     """
-    runs = (records,) if isinstance(records, TimeRecord) else tuple(records)
+    runs = (records,) if isinstance(records, TimeRecord) else tuple(records) if isinstance(records, Iterable) else ()
     if not runs or not all(isinstance(run, TimeRecord) for run in runs):
         raise RecordError(f"records must be a TimeRecord or a list of them, got {records!r}.")
     sources, sensors = _names(inputs, "inputs"), _names(outputs, "outputs")

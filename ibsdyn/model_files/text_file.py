@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import stat
+from difflib import get_close_matches
 from pathlib import Path
 
 from fem_import.whole_file import whole_file
@@ -88,7 +89,8 @@ def write_text(path: Path, text: str) -> None:
 
 def _similar(path: Path) -> str:
     try:
-        beside = sorted(p.name for p in path.parent.iterdir() if p.suffix == path.suffix)
+        names = sorted(entry.name for entry in path.parent.iterdir())
     except OSError:
         return f" There is no folder {path.parent} either."
+    beside = get_close_matches(path.name, names, n=5) or [name for name in names if Path(name).suffix == path.suffix]
     return f" Beside it: {', '.join(beside[:5])}." if beside else ""

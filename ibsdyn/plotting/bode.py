@@ -82,8 +82,24 @@ def _new_axes(n_out: int, n_in: int) -> np.ndarray:
     return np.asarray(grid, dtype=object)
 
 
+def steady_phase(degrees: np.ndarray) -> np.ndarray:
+    """Return a phase [deg] that does not jump between -180 and +180 by rounding.
+
+    Within 0.01 degrees of either they are one: such points go to the side of the nearest point that is further off.
+    """
+    near = np.abs(degrees) > 179.99
+    certain = np.flatnonzero(~near)
+    if not len(certain):
+        return np.full_like(degrees, -180.0)
+    after = np.clip(np.searchsorted(certain, np.arange(len(degrees))), 0, len(certain) - 1)
+    before = np.maximum(after - 1, 0)
+    places = np.arange(len(degrees))
+    nearest = np.where(np.abs(certain[after] - places) <= np.abs(certain[before] - places), after, before)
+    return np.where(near, np.copysign(np.abs(degrees), degrees[certain[nearest]]), degrees)
+
+
 def _drawn_phase(degrees: np.ndarray) -> np.ndarray:
-    """Put -180 and +180 on one side within rounding and break the line where the phase wraps."""
-    drawn = np.where(degrees > 179.99, -180.0, degrees)
+    """Break the line where the phase wraps."""
+    drawn = steady_phase(degrees)
     jumps = np.abs(np.diff(drawn, prepend=drawn[:1])) > 180
     return np.where(jumps, np.nan, drawn)

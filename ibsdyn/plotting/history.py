@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 MET, NOT_MET, QUIET = "#1a7f4b", "#b42318", "#5b6b7b"
 # Values further apart than this factor are drawn on a logarithmic axis.
 DECADES = 30.0
+# Width of a letter [inch], and of the panel in shares of the figure.
+LETTER, PANEL_SHARE = 0.085, 0.85
 MOST_BARS = 12
 
 
@@ -36,9 +38,19 @@ def plot_history(revisions: Sequence[Revision], axes: Sequence[Axes] | np.ndarra
             found += [(place, result) for result in revision.results if result.name == name]
         _draw_requirement(panel, name, found)
         panel.set_xlim(-0.5, len(revisions) - 0.5)
-        panel.set_xticks(range(len(revisions)), [f"{each.name}\n{each.fidelity}" for each in revisions])
+        panel.set_xticks(range(len(revisions)), _texts(revisions, float(panel.figure.get_size_inches()[0])))
     panels[-1].set_xlabel("revision, fidelity")
     return panels
+
+
+def _texts(revisions: Sequence[Revision], width: float) -> list[str]:
+    """Return what stands under each revision; where they would run into each other, every second, third, ... only."""
+    longest = max(len(words) for each in revisions for words in (each.name, each.fidelity))
+    every = max(1, math.ceil(len(revisions) * (LETTER * longest + 0.1) / (PANEL_SHARE * width)))
+    last = len(revisions) - 1  # the latest revision is always named
+    return [
+        f"{each.name}\n{each.fidelity}" if (last - place) % every == 0 else "" for place, each in enumerate(revisions)
+    ]
 
 
 def _draw_requirement(panel: Axes, name: str, found: Sequence[tuple[int, RecordedResult]]) -> None:

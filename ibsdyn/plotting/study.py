@@ -18,7 +18,7 @@ MOST_BINS = 60
 # Values that differ by less than this share are one.
 SAME = 1e-9
 # A limit that is further from the values than this many of their spreads is told, not drawn: it would hide the bars.
-FAR = 10.0
+FAR = 5.0
 
 
 def plot_study(results: StudyResults, columns: Sequence[int], axes: np.ndarray | Axes | None) -> np.ndarray:
@@ -87,8 +87,8 @@ def _histogram(results: StudyResults, column: int, panel: Axes) -> None:
 def _beyond(limit: float, values: Array) -> str:
     """Return on which side a limit lies far away from some values, empty if near."""
     low, high = float(values.min()), float(values.max())
-    reach = FAR * max(high - low, 0.1 * float(np.abs(values).mean()))
-    if low - reach <= limit <= high + reach:
+    reach = FAR * (high - low)
+    if reach == 0.0 or low - reach <= limit <= high + reach:
         return ""
     return "far to the left" if limit < low else "far to the right"
 
@@ -106,7 +106,10 @@ def _curve(results: StudyResults, column: int, place: int, panel: Axes, first: b
         panel.plot(values[order], results.values[order, column], marker=".", color="C0")
         panel.plot([nominal[address]], [results.nominal[column]], marker="o", color="black", linestyle="none")
     else:
-        panel.plot(values, results.values[:, column], marker=".", color="C0", linestyle="none")
+        # Levels of one parameter are points of a curve; of several they are a cloud over each.
+        line = "-" if len(samples.addresses) == 1 else "none"
+        order = np.argsort(values, kind="stable")
+        panel.plot(values[order], results.values[order, column], marker=".", color="C0", linestyle=line)
     for number, requirement in enumerate(results.limits(column)):
         label = f"{requirement.name}: {requirement.sense} {requirement.limit:.4g}"
         panel.axhline(requirement.limit, color=f"C{3 + number}", linestyle="--", linewidth=1.4, label=label)

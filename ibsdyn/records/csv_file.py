@@ -13,7 +13,8 @@ from ibsdyn.axes import Array
 from ibsdyn.errors import RecordError, nearest
 from ibsdyn.records.columns import Columns, different
 from ibsdyn.records.file_bytes import read_bytes, text_of
-from ibsdyn.records.sampling import rate_of_time
+from ibsdyn.records.sampling import rate_of_time, warn_of_other_rate
+from ibsdyn.records.units import to_si
 
 # Where only blanks separate, a comma is a decimal one; between digits it is one only beside another separator.
 _DELIMITERS = (";", "\t", ",", None)
@@ -21,8 +22,21 @@ _HEADER_LINES = 1000
 _CHUNK = 1 << 16  # lines converted at once, so that the text of an hour is not split into cells all together
 _TITLE = re.compile(r"^(?P<label>.*?)\s*[\[(](?P<unit>[^\[\]]*)[\])]$")
 _RATE = re.compile(
-    r"(?:sample[ _]?rate|sampling[ _](?:rate|frequency)|\bfs)\b[^\d\n]{0,20}(\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)", re.I
+    r"(?:sample[ _]?rate|sampling[ _](?:rate|frequency)|\bfs)\b(?P<before>[^\d\n]{0,20})"
+    r"(?P<number>\d+(?:[.,' \u00a0\u202f]\d+)*(?:e[+-]?\d+)?)(?P<after>[^\n]{0,12})",
+    re.I,
 )
+_PREFIX = re.compile(r"(?<![a-z])(?P<prefix>[km])\s?(?:hz|sa?/s|sps|samples/s)", re.I)
+_PREFIXES = {"": 1.0, "k": 1e3, "m": 1e6}
+_PLAIN = re.compile(r"\d+(?:[.,]\d+)?(?:e[+-]?\d+)?", re.I)
+# 51 200, 51'200, 51,200.0 and 1.048.576,0: separators that can only be those of thousands.
+_GROUPED = re.compile(
+    r"\d{1,3}(?:[' \u00a0\u202f]\d{3})+(?:[.,]\d+)?|\d{1,3}(?:,\d{3})+\.\d+|\d{1,3}(?:\.\d{3})+,\d+"
+    r"|\d{1,3}(?:,\d{3}){2,}|\d{1,3}(?:\.\d{3}){2,}"
+)
+_DECIMALS = re.compile(r"[.,](?=\d+$)")
+# 51,200 may be either.
+_EITHER = re.compile(r"\d{1,3},\d{3}")
 _TIMES = ("t", "time", "times", "zeit", "x_value")
 _TIME_UNITS = {None: 1.0, "": 1.0, "s": 1.0, "sec": 1.0, "seconds": 1.0, "ms": 1e-3, "µs": 1e-6, "us": 1e-6}
 
@@ -52,7 +66,8 @@ def read_csv(path: Path, time: str | int | bool | None) -> Columns:
         factor = _TIME_UNITS.get(units[clock])
         if factor is None:
             raise RecordError(f"{path.name}: the times are in {units[clock]!r}; known: s, ms, µs.")
-        rate, start = rate_of_time(values.pop(clock) * factor, path.name)
+        announced, (rate, start) = rate, rate_of_time(values.pop(clock) * factor, path.name)
+        warn_of_other_rate(path.name, "its header", announced, rate)
         labels.pop(clock)
         units.pop(clock)
     if not values:
@@ -153,7 +168,9 @@ def _titles(header: Sequence[str], delimiter: str | None, count: int) -> tuple[l
             continue
         above = _cells(header[place - 1].lstrip("#% "), delimiter) if place else []
         in_brackets = [re.fullmatch(r"\[(.*)\]|\((.*)\)|", cell) for cell in cells]
-        if all(in_brackets) and len(above) == count:  # a line of units below that of the titles
+        bare = [cell in _TIME_UNITS or to_si(cell) is not None for cell in cells]
+        # A line of units below that of the titles.
+        if len(above) == count and (all(in_brackets) or (all(bare) and all(above))):
             return above, [cell.strip("[]()") or None for cell in cells]
         found = [_TITLE.match(cell) for cell in cells]
         labels = [
@@ -178,6 +195,20 @@ def _time_column(labels: Sequence[str], time: str | int | bool | None, source: s
 
 
 def _announced_rate(header: Sequence[str]) -> float | None:
+    """Return the sample rate [Hz] of a header; None where it names none, or one that can be read in two ways."""
     found = _RATE.search("\n".join(header))
-    rate = float(found[1].replace(",", ".")) if found else math.nan
-    return rate if rate > 0.0 else None
+    if found is None:
+        return None
+    number = found["number"]
+    if _EITHER.fullmatch(number):
+        return None
+    if _PLAIN.fullmatch(number):
+        rate = float(number.replace(",", "."))
+    elif _GROUPED.fullmatch(number):
+        whole, *decimals = _DECIMALS.split(number) if len(set(re.findall(r"\D", number))) > 1 else [number]
+        rate = float(".".join([re.sub(r"\D", "", whole), *decimals]))
+    else:
+        return None
+    prefix = _PREFIX.search(found["before"]) or _PREFIX.search(found["after"])
+    rate *= _PREFIXES[prefix["prefix"].casefold() if prefix else ""]
+    return rate if 0.0 < rate < math.inf else None

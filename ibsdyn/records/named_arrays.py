@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ibsdyn.axes import Array
 from ibsdyn.errors import RecordError
 from ibsdyn.records.columns import Columns, different
-from ibsdyn.records.sampling import rate_of_time
+from ibsdyn.records.sampling import rate_of_time, warn_of_other_rate
 
 _RATES = ("fs", "sample_rate", "samplerate", "sampling_rate", "sampling_frequency", "sample_frequency")
 _STEPS = ("dt", "sample_interval", "sampling_interval", "time_step")
@@ -19,6 +19,8 @@ _STARTS = ("start", "t0")
 _PERIODS = ("period",)
 _TIMES = ("t", "time", "times")
 _LABELS, _UNITS = "names", "units"
+# A rate and a step further apart than this are not one that was rounded.
+_ROUNDED = 1e-3
 
 
 def columns_of_arrays(
@@ -55,12 +57,23 @@ def columns_of_arrays(
     clock = _time_name(vectors, time, source)
     sample_rate, start = _first(scalars, _RATES), _first(scalars, _STARTS) or 0.0
     step, period = _first(scalars, _STEPS), _first(scalars, _PERIODS)
-    if sample_rate is None and step:
-        sample_rate = 1.0 / step
+    if step:
+        if sample_rate is not None and abs(sample_rate * step - 1.0) > _ROUNDED:
+            raise RecordError(
+                f"{source}: its sample rate of {sample_rate:g} Hz and its step of {step:g} s contradict each other; "
+                "leave the wrong one out of the file."
+            )
+        sample_rate = sample_rate or 1.0 / step
     if clock is not None:
-        sample_rate, start = rate_of_time(
-            np.asarray(vectors.pop(clock), dtype=np.float64).ravel(), f"{source}, {clock}"
-        )
+        times = np.asarray(vectors.pop(clock), dtype=np.float64).ravel()
+        if vectors and not any(times.size in array.shape for array in vectors.values()):
+            listed = ", ".join(f"{name!r} {array.shape}" for name, array in vectors.items())
+            raise RecordError(
+                f"{source}: {clock!r} has {times.size} times, which fit none of the arrays: {listed}. Cut them to one "
+                "length, or leave the times out with time=False and give sample_rate=."
+            )
+        announced, (sample_rate, start) = sample_rate, rate_of_time(times, f"{source}, {clock}")
+        warn_of_other_rate(source, "its scalar rate or step", announced, sample_rate)
     labels: list[str] = []
     values: list[Array] = []
     said: list[str | None] = []
@@ -87,8 +100,17 @@ def columns_of_arrays(
         units=tuple(said),
         sample_rates=tuple(own_rates),
         starts=(start,) * len(values),
-        period=None if period is None else int(period),
+        period=None if period is None else _whole(period, source),
     )
+
+
+def _whole(period: float, source: str) -> int:
+    if not period.is_integer() or period < 1:
+        raise RecordError(
+            f"{source}: its period of {period!r} is no whole number of samples; a period that is none leaks. Sample at "
+            "a multiple of the excitation's base frequency, or leave the period out of the file."
+        )
+    return int(period)
 
 
 def _is_text(array: NDArray[Any]) -> bool:

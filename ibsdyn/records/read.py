@@ -65,6 +65,8 @@ def read_record(
     RecordError : what else is wrong with file or table, and how to mend it.
     ExtraMissingError : the format needs an extra (``ibsdyn[uff]``, ``ibsdyn[hdf5]``).
     """
+    if not isinstance(path, (str, os.PathLike)):
+        raise RecordError(f"read_record: path must be the path of a file, got {path!r}.")
     source = existing(Path(path))
     columns = _columns(source, time)
     chosen, places = _chosen(columns, channels)

@@ -5,12 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from ibsdyn.axes import Array
-from ibsdyn.errors import RecordError
+from ibsdyn.errors import RecordError, RecordWarning, warn_user
 
 # A lost sample shifts the rest by a whole step; jitter of a twentieth is what printing may leave.
 _JITTER = 0.05
 # Six printed digits of a step, as UFF 58 has them.
 _PRINTED = 5e-6
+# Rates further apart than this are not one rate that was rounded twice.
+_ONE_RATE = 1e-3
 
 
 def rate_of_time(time: Array, source: str) -> tuple[float, float]:
@@ -67,18 +69,32 @@ def one_rate(rates: dict[str, float | None], given: float | None, source: str) -
             )
         return given
     first, rate = next(iter(said.items()))
+    if not rate > 0.0:
+        raise RecordError(
+            f"{source}: its sample rate of {rate:g} Hz is none; write it anew with fs above zero, or with times."
+        )
     for name, other in said.items():
         if abs(other - rate) > _PRINTED * rate:
             raise RecordError(
                 f"{source}: channel {first!r} is sampled at {rate:g} Hz, {name!r} at {other:g} Hz. Read them as two "
                 "records, or resample them to one rate."
             )
-    if given is not None and abs(given - rate) > 1e-3 * rate:
+    if given is not None and abs(given - rate) > _ONE_RATE * rate:
         raise RecordError(
             f"{source} is sampled at {rate:g} Hz by its own account, but sample_rate={given:g} was given; every "
             "frequency would be wrong by that ratio. Leave sample_rate out, or correct it."
         )
     return rate if given is None else given
+
+
+def warn_of_other_rate(source: str, who: str, said: float | None, rate: float) -> None:
+    """Warn where a file's times, which are taken, tell another sample rate [Hz] than it says elsewhere."""
+    if said is not None and not abs(said - rate) <= _ONE_RATE * rate:
+        warn_user(
+            f"{source}: its times are those of {rate:g} Hz, {who} says {said:g} Hz; the times are taken. If they are "
+            "wrong, use time=False.",
+            RecordWarning,
+        )
 
 
 def _printed_step(time: Array) -> float:

@@ -8,7 +8,7 @@ from ibsdyn.axes import INERTIA_NAMES, STIFFNESS_NAMES
 from ibsdyn.components import Connection, Fixation, FlexibleBody, Inertia1D, RigidBody
 from ibsdyn.model import Model
 from ibsdyn.reporting.html import Cell, number, point, table
-from ibsdyn.signals import CombinedSensor, Input, Sensor
+from ibsdyn.signals import BaseMotion, CombinedSensor, Force, Input, Sensor, Stroke, Torque
 
 
 def component_tables(model: Model) -> str:
@@ -35,7 +35,7 @@ def _rigid(model: Model) -> str:
         for item in model.items.values()
         if isinstance(item, RigidBody)
     ]
-    head = [("name", "name"), ("mass [kg]", "number"), ("CoG x, y, z [mm]", "")]
+    head = [("name", "name"), ("mass [kg]", "number"), ("CoG x, y, z [mm]", "point")]
     head += [(f"{name} [kg m²]", "number") for name in INERTIA_NAMES]
     return table(head, rows) if rows else ""
 
@@ -58,7 +58,7 @@ def _flexible(model: Model) -> str:
                     body.source,
                 )
             )
-    head = [("name", "name"), ("mass [kg]", "number"), ("CoG x, y, z [mm]", ""), ("interfaces", "")]
+    head = [("name", "name"), ("mass [kg]", "number"), ("CoG x, y, z [mm]", "point"), ("interfaces", "")]
     head += [("modes", "number"), ("cut-off [Hz]", "number"), ("ζ", "number"), ("source", "quiet")]
     return table(head, rows) if rows else ""
 
@@ -78,7 +78,7 @@ def _connections(model: Model) -> str:
         (c.name, f"{c.item1} – {c.item2}", _where(c), *(number(k, 3) for k in c.stiffness), _loss(c))
         for c in connections
     ]
-    head = [("name", "name"), ("between", ""), ("at x, y, z [mm]", "")]
+    head = [("name", "name"), ("between", ""), ("at x, y, z [mm]", "point")]
     units = ("N/m",) * 3 + ("N·m/rad",) * 3
     head += [(f"{name} [{unit}]", "number") for name, unit in zip(STIFFNESS_NAMES, units, strict=True)]
     return table([*head, ("ζ", "number")], rows)
@@ -110,14 +110,14 @@ def _fixations(model: Model) -> str:
 def _signals(model: Model) -> str:
     rows: list[Sequence[Cell]] = []
     for name, signal in model.inputs.items():
-        rows.append((name, type(signal).__name__, *_place(signal), signal.unit))
+        rows.append((name, _kind(signal), *_place(signal), signal.unit))
     for name, sensor in model.sensors.items():
         if isinstance(sensor, CombinedSensor):
             sums = " + ".join(f"{number(weight)} · {part.name}" for weight, part in sensor.parts)
-            rows.append((name, f"combined sensor: {sums}", "", "", "", sensor.unit))
+            rows.append((name, f"combined sensor: {sums}", "–", "–", "–", sensor.unit))
         else:
             rows.append((name, f"sensor, {sensor.quantity}", *_place(sensor), sensor.unit))
-    head = [("name", "name"), ("kind", ""), ("on", ""), ("direction", ""), ("at x, y, z [mm]", ""), ("unit", "")]
+    head = [("name", "name"), ("kind", ""), ("on", ""), ("direction", ""), ("at x, y, z [mm]", "point"), ("unit", "")]
     return table(head, rows) if rows else ""
 
 
@@ -128,4 +128,11 @@ def _place(signal: Input | Sensor) -> tuple[str, str, str]:
     position = getattr(signal, "position", None)  # torques, strokes and base motions have none
     relative = getattr(signal, "relative_to", None)
     on = signal.item if relative is None else f"{signal.item}, relative to {relative}"
-    return on, words, "" if position is None else point(position)
+    return on, words, "–" if position is None else point(position)
+
+
+def _kind(signal: Input) -> str:
+    """Return what an input is, in words."""
+    if isinstance(signal, BaseMotion):
+        return f"base motion, {signal.quantity}"
+    return {Force: "force", Torque: "torque", Stroke: "stroke of a connection"}[type(signal)]

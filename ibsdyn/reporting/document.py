@@ -24,7 +24,7 @@ from ibsdyn.history.revision import recorded_results
 from ibsdyn.model import Model
 from ibsdyn.modes import Modes
 from ibsdyn.provenance import fidelity_of, input_hash, versions
-from ibsdyn.reporting.budget import budget_data, budget_of, budget_section
+from ibsdyn.reporting.budget import budget_data, budget_of, budget_section, drawn_limits
 from ibsdyn.reporting.comparison import comparison_section
 from ibsdyn.reporting.components import component_tables
 from ibsdyn.reporting.history import history_data, history_section
@@ -133,14 +133,14 @@ def _page(
         "modes": [mode_data(shown, n) for n in numbers],
         "responses": responses,
         "comparison": None if comparison is None else comparison_data(comparison),
-        "budget": None if budgets is None else budget_data(budgets),
+        "budget": None if budgets is None else budget_data(budgets, drawn_limits(model, budgets)),
         "history": None if history is None else history_data(history),
     }
     sections = [
         Section("requirements", "Requirements", requirement_section(names, checked)),
         Section("model", "Model", _model(model)),
         Section("modes", "Modes", mode_section(shown, numbers)),
-        Section("responses", "Frequency responses", _responses(responses, missing, names)),
+        Section("responses", "Frequency responses", _responses(responses, missing)),
     ]
     if budgets is not None or model.disturbances:
         sections.append(Section("budget", "Vibration budget", budget_section(budgets, budget_words)))
@@ -150,7 +150,7 @@ def _page(
     if comparison is not None:
         sections.append(Section("test", "Model against test", comparison_section(comparison)))
     if history is not None:
-        sections.append(Section("history", "History", history_section(history)))
+        sections.append(Section("history", "History", history_section(history, input_hash(model))))
     made = datetime.now(timezone.utc)
     sections.append(Section("origin", "Where this comes from", _origin(model, others, names)))
     assets = resources.files("ibsdyn.reporting") / "assets"
@@ -209,11 +209,11 @@ def _model(model: Model) -> str:
     )
 
 
-def _responses(responses: dict[str, Any] | None, missing: Sequence[str], names: Sequence[str]) -> str:
+def _responses(responses: dict[str, Any] | None, missing: Sequence[str]) -> str:
     html = []
     if responses is not None:
         html.append('<div class="controls" id="responses-chart-choice"></div><div id="responses-chart"></div>')
-        html.append(paragraph(f"{ZOOM} Models: {', '.join(names)}.", "remark instruction"))
+        html.append(paragraph(ZOOM, "remark instruction"))
     html += [paragraph(words, "remark") for words in missing]
     return "\n".join(html)
 
@@ -231,8 +231,8 @@ def _origin(model: Model, others: Sequence[Model], names: Sequence[str]) -> str:
             )
     words = (
         "Linear system about the undeformed state, from Exudyn's Jacobians. Damping ratios of modes are the "
-        "strain-energy weighted means of the ratios of the parts. Frequency responses follow e^{+iωt}; the motion of a "
-        "sensor is absolute unless it is relative to an item."
+        "strain-energy weighted means of the ratios of the parts. Frequency responses follow exp(+iωt); the motion of "
+        "a sensor is absolute unless it is relative to an item."
     )
     return table([("what", ""), ("value", "hash")], rows) + paragraph(words, "remark")
 

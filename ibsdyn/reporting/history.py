@@ -14,8 +14,8 @@ from ibsdyn.reporting.html import Cell, badge, number, paragraph, table
 DECADES = 30.0
 
 
-def history_section(history: History) -> str:
-    """Return the places of the charts and the table of revisions."""
+def history_section(history: History, shown_hash: str) -> str:
+    """Return the places of the charts, the table of revisions, and which of them has the input that the page shows."""
     revisions = history.revisions
     if not revisions:
         return paragraph(f"{history.path.name} has no revision yet.", "remark")
@@ -39,6 +39,14 @@ def history_section(history: History) -> str:
         ("note", "quiet"),
     ]
     html.append(table(head, rows))
+    same = [revision.name for revision in revisions if revision.input_hash == shown_hash]
+    if not same:
+        words = "The model of this page is none of these revisions: its input differs from all of them."
+    elif same[-1] == revisions[-1].name:
+        words = f"The model of this page is the last revision, {same[-1]}."
+    else:
+        words = f"The model of this page is revision {same[-1]}, not the last one, {revisions[-1].name}."
+    html.append(paragraph(words, "remark"))
     return "\n".join(html)
 
 

@@ -55,7 +55,7 @@ def listed(items: Iterable[str], kind: str = "findings") -> str:
 def table(head: Sequence[tuple[str, str]], rows: Iterable[Sequence[Cell]]) -> str:
     """Return a table.
 
-    head: heading and class of each column ("number" for figures, "name", "quiet" or ""); rows: cells.
+    head: heading and class of each column ("number" for figures, "name", "quiet", "point" or ""); rows: cells.
     """
     lines = ['<div class="wide"><table><thead><tr>']
     lines += [f"<th{_class(kind if kind == 'number' else '')}>{escape(words)}</th>" for words, kind in head]
@@ -106,6 +106,12 @@ def number(value: float, digits: int = 4) -> str:
 def with_unit(value: float, unit: str, digits: int = 4) -> str:
     """Return a figure with its unit, where it has one."""
     return number(value, digits) if unit == "-" or math.isnan(value) else f"{number(value, digits)} {unit}"
+
+
+def percent(share: float, digits: int = 3) -> str:
+    """Return a share in percent with its sign: +12.5 %, −2370 %."""
+    words = number(100 * share, digits)
+    return f"{'+' if share > 0 else ''}{words} %"
 
 
 def point(values: Sequence[float]) -> str:

@@ -35,6 +35,10 @@ def mode_section(modes: Modes, numbers: Sequence[int]) -> str:
     head += [("strain energy in", ""), ("kinetic energy of", ""), ("raised by reduction", "number")]
     if all(row[-1] == "–" for row in rows):
         head, rows = head[:-1], [row[:-1] for row in rows]
+    told = "Motions are enlarged; each mode is scaled to the same largest motion."
+    elastic = [n for n in numbers if not modes.rigid[n]]
+    if elastic and len(elastic) < len(numbers):
+        told += f" Requirements count elastic modes only: their mode 1 is mode {elastic[0] + 1} here."
     return (
         '<div class="modes"><div><div class="view" id="mode-view"></div><div class="controls">'
         '<button type="button" id="mode-run">pause</button><label>size of the motion<input id="mode-size" type="range" '
@@ -42,7 +46,7 @@ def mode_section(modes: Modes, numbers: Sequence[int]) -> str:
         '<div class="modelist" id="mode-list"></div><h3>Strain energy</h3><div class="bars" id="mode-strain"></div>'
         '<h3>Kinetic energy</h3><div class="bars" id="mode-kinetic"></div></div></div><h3>All modes shown</h3>'
         + table(head, rows)
-        + paragraph("Motions are enlarged; each mode is scaled to the same largest motion.", "remark")
+        + paragraph(told, "remark")
     )
 
 
@@ -65,7 +69,7 @@ def _ranked(shares: Mapping[str, Array], n: int) -> list[tuple[str, float]]:
 
 def _leading(shares: Mapping[str, Array], n: int) -> str:
     ranked = _ranked(shares, n)
-    words = ", ".join(f"{name} {100 * share:.0f} %" for name, share in ranked[:NAMED])
+    words = ", ".join(f"{name}: {100 * share:.0f}\u00a0%" for name, share in ranked[:NAMED])
     return f"{words}, …" if len(ranked) > NAMED else words
 
 

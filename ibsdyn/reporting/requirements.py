@@ -7,7 +7,10 @@ from collections.abc import Sequence
 from html import escape
 
 from ibsdyn.history.revision import RecordedResult
-from ibsdyn.reporting.html import Cell, badge, gauge, paragraph, table, with_unit
+from ibsdyn.reporting.html import Cell, badge, gauge, paragraph, percent, table, with_unit
+
+# So many missed requirements are named in the verdict.
+NAMED = 4
 
 
 def requirement_section(names: Sequence[str], checked: Sequence[Sequence[RecordedResult]]) -> str:
@@ -19,11 +22,16 @@ def requirement_section(names: Sequence[str], checked: Sequence[Sequence[Recorde
         )
     met = sum(result.met for result in own)
     verdict = f"{met} of {len(own)}"
-    cards = [(verdict, "requirements met", "good" if met == len(own) else "bad")]
+    missed = [result.name for result in own if not result.met]
+    words = "requirements met"
+    if missed:
+        words += f"; not met: {', '.join(missed[:NAMED])}"
+        words += f" and {len(missed) - NAMED} more" if len(missed) > NAMED else ""
+    cards = [(verdict, words, "bad" if missed else "good")]
     tightest = min((r for r in own if not math.isnan(r.value)), key=_margin, default=None)
     if tightest is not None:
         kind = "good" if tightest.met else "bad"
-        cards.append((f"{100 * _margin(tightest):+.3g} %".replace("-", "−"), f"smallest margin: {tightest.name}", kind))
+        cards.append((percent(_margin(tightest)), f"smallest margin: {tightest.name}", kind))
     html = ['<div class="verdicts">']
     html += [
         f'<div class="verdict {k}"><b>{escape(big)}</b><span>{escape(small)}</span></div>' for big, small, k in cards
@@ -34,7 +42,7 @@ def requirement_section(names: Sequence[str], checked: Sequence[Sequence[Recorde
     rows: list[list[Cell]] = []
     for result in own:
         sign = "≤" if result.sense == "<=" else "≥"
-        margin = "–" if math.isnan(result.value) else f"{100 * _margin(result):+.3g} %".replace("-", "−")
+        margin = "–" if math.isnan(result.value) else percent(_margin(result))
         rows.append(
             [
                 result.name,

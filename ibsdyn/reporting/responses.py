@@ -15,6 +15,7 @@ from ibsdyn.frequency_response import FrequencyResponse, unit_ratio
 from ibsdyn.identification.frf_estimate import FrfEstimate
 from ibsdyn.linear_system import LinearSystem
 from ibsdyn.model import Model
+from ibsdyn.plotting.bode import steady_phase
 from ibsdyn.reporting.packing import packed
 from ibsdyn.resonance_grid import poles, resonance_grid
 from ibsdyn.signals import Input, Output
@@ -127,7 +128,7 @@ def _curve(frequencies: Array, response: Array | np.ndarray) -> dict[str, Any]:
     return {
         "x": packed(frequencies, "f4"),
         "magnitude": packed(np.abs(response), "f4"),
-        "phase": packed(np.degrees(np.angle(response)), "f4"),
+        "phase": packed(steady_phase(np.degrees(np.angle(response))), "f4"),
     }
 
 

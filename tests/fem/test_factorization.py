@@ -121,6 +121,31 @@ def test_a_part_that_does_not_fit_is_refused_with_both_sizes(flexure, monkeypatc
         fi.reduce(flexure, ENDS, 60e3)
 
 
+@pytest.mark.skipif(not pardiso.is_available(), reason="the mkl wheel is not installed")
+def test_a_slender_part_too_ill_conditioned_for_single_precision_is_factored_in_double(monkeypatch):
+    """Its Cholesky factor breaks down in single precision though the part is whole; 0.7 of the memory is enough."""
+    wire = brick_block((200, 1, 1), (1.0, 0.002, 0.002))
+    part = fi.FEModel.from_arrays(**wire.arrays)
+    expected = fi.reduce(part, {"left": "LEFT"}, 100.0)
+    sizes = []
+
+    class Factor(pardiso.PardisoFactor):
+        def __init__(self, *arguments):
+            super().__init__(*arguments)
+            sizes.append(self.n_bytes)
+
+    with monkeypatch.context() as spied:
+        spied.setattr(factorization, "PardisoFactor", Factor)
+        fi.reduce(part, {"left": "LEFT"}, 100.0)
+    monkeypatch.setattr(factorization, "physical_memory", lambda: sizes[0] / 0.6)
+    body = fi.reduce(part, {"left": "LEFT"}, 100.0)
+    assert "single" not in body.solver
+    np.testing.assert_array_equal(body.K, expected.K)
+    monkeypatch.setattr(factorization, "physical_memory", lambda: sizes[0] / 0.8)
+    with pytest.raises(fi.ReductionError, match="too ill-conditioned for a factor in single precision"):
+        fi.reduce(part, {"left": "LEFT"}, 100.0)
+
+
 def test_the_memory_of_this_machine_is_known():
     assert 2**28 < factorization.physical_memory() < 2**50
 

@@ -135,6 +135,26 @@ def test_instance_is_placed(tmp_path):
     )
 
 
+def test_systems_of_a_flat_deck(tmp_path):
+    """CAE places the instances of a flat deck by *SYSTEM: shifted, turned in the plane, turned in space, and back."""
+    (tmp_path / "job.inp").write_text(
+        "*System\n1., 2., 3.\n*Node\n1, 1., 0., 0.\n*System\n1., 0., 0., 1., 5., 7.\n*Node\n2, 1., 2., 3.\n"
+        "*System\n -0.05, 0., -0.25, -0.05, 0., -1.25\n -0.05, 1., -0.25\n*Node\n3, 0.25, 0.5, 2.\n"
+        "*System\n*Node\n4, 4., 5., 6.\n"
+    )
+    nodes = read_abaqus_deck(tmp_path / "job.inp")
+    expected = [[2, 2, 3], [1 - 2, 1, 3], [-0.05 + 2, 0.5, -0.5], [4, 5, 6]]
+    np.testing.assert_allclose(nodes.positions, expected, atol=1e-15)
+
+
+def test_matrices_of_single_elements_are_refused(tmp_path):
+    path = tmp_path / "job_STIF1.mtx"
+    path.write_text("1,1,1,1,1,  5.0e+00\n1,1,1,2,1, -5.0e+00\n")
+    path.with_name("job_MASS1.mtx").write_text(path.read_text())
+    with pytest.raises(fi.ExportError, match="without ELEMENT BY ELEMENT"):
+        fi.read(path, units="SI")
+
+
 DECK = """*Heading
 *Part, name="My Part"
 *Node, nset=ALL
@@ -191,7 +211,8 @@ def test_deck_grammar(tmp_path):
         (lambda t: t.replace("*Node\n", "*Nod\n"), "define no nodes"),
         (lambda t: t.replace("part=block", "part=blok"), "'blok' is not defined"),
         (lambda t: t.replace("instance=block-1", "instance=block-2", 1), "'block-2' is not defined"),
-        (lambda t: t.replace("*Part", "*System\n1,0,0,1,1,0\n*Part"), "local system"),
+        (lambda t: t.replace("*Node\n", "*System\n1,0,0,1,1,0\n1,2,0\n*Node\n"), "points lie on a line"),
+        (lambda t: t.replace("*Node\n", "*System\n1,0,0,1\n*Node\n"), "a point on the local x axis"),
         (lambda t: t.replace("*End Part", "*Ngen\n1, 9\n*End Part"), "Write all nodes"),
         (lambda t: t.replace("*Nset", "*Nset, elset=NONE", 1), "element set 'NONE'"),
         (lambda t: t.replace("*Nset, nset=LEFT", "*Nset, nset=LEFT, generate", 1), "first, last"),

@@ -152,6 +152,23 @@ def test_wrong_arrays_are_refused_in_words(tmp_path, change, words):
         fi.read(tmp_path / "part.npz", units="SI")
 
 
+def test_matlab_with_other_names_says_which_there_are(tmp_path):
+    """mphmatrix' eliminated matrices, and its struct saved as it is."""
+    path = tmp_path / "part.mat"
+    scipy_io.savemat(
+        path, {"Kc": sparse.csc_matrix(BLOCK.K), "Ec": sparse.csc_matrix(BLOCK.M), "positions": BLOCK.positions}
+    )
+    with pytest.raises(fi.ExportError, match=r"holds no K.* Did you mean 'Kc'.*names=\{'K': "):
+        fi.read(path, units="SI")
+    part = fi.read(path, units="SI", names={"K": "Kc", "E": "Ec"})
+    assert_same_part(part, BLOCK)
+    scipy_io.savemat(path, {"m": {"K": sparse.csc_matrix(BLOCK.K)}, "positions": BLOCK.positions})
+    with pytest.raises(fi.ExportError, match=r"'m'.*fields of a struct"):
+        fi.read(path, units="SI")
+    with pytest.raises(fi.ExportError, match=r"no matrix 'm'.*struct"):
+        fi.read(path, units="SI", names={"K": "m"})
+
+
 def test_matlab_version_5_with_the_names_of_comsol(tmp_path):
     path = tmp_path / "part.mat"
     C = 1e-5 * BLOCK.K
@@ -164,7 +181,7 @@ def test_matlab_version_5_with_the_names_of_comsol(tmp_path):
     np.testing.assert_array_equal(part.node_sets["TIP"], [1, 2])
     scipy_io.savemat(path, {"Stiff": BLOCK.K.toarray(), "Mass": BLOCK.M.toarray(), "positions": BLOCK.positions})
     assert_same_part(fi.read(path, units="SI", names={"K": "Stiff", "M": "Mass"}), BLOCK)
-    with pytest.raises(fi.ExportError, match="no variable 'Masss'"):
+    with pytest.raises(fi.ExportError, match="no matrix 'Masss'"):
         fi.read(path, units="SI", names={"K": "Stiff", "M": "Masss"})
     with pytest.raises(fi.UnknownNameError, match=r"has no .position'.*Did you mean 'positions'"):
         fi.read(path, units="SI", names={"position": "xyz"})

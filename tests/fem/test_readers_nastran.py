@@ -19,7 +19,9 @@ BLOCK = brick_block((3, 1, 2), (0.03, 0.01, 0.02))
 BEAM = euler_beam(0.2, 4, 7e10, 2.7e10, 2700.0, 1e-4, 1e-9, 2e-9)
 
 
-def write_op4_binary(path, matrices, order="<", single=False, strings=True, big=False):
+def write_op4_binary(path, matrices, order="<", single=False, strings=True, big=False, i8=False):
+    """i8: as Nastran writes with 8-byte words, in which a name has four characters a word."""
+    whole, spelled = (order + "i8", "{:8s}{:8s}") if i8 else (order + "i4", "{:4s}{:4s}")
     with path.open("wb") as stream:
 
         def record(*parts):
@@ -27,12 +29,13 @@ def write_op4_binary(path, matrices, order="<", single=False, strings=True, big=
             mark = np.array([len(body)], order + "i4").tobytes()
             stream.write(mark + body + mark)
 
-        real, per_value = (order + "f4", 1) if single else (order + "f8", 2)
+        real, per_value = (order + "f4", 1) if single else (order + "f8", 1 if i8 else 2)
         for name, matrix in matrices.items():
             dense = matrix.toarray()
             n = len(dense)
             kind = 1 if single else 2
-            record(np.array([n, -n if big else n, 6, kind], order + "i4"), np.frombuffer(f"{name:8s}".encode(), "u1"))
+            label = spelled.format(name[:4], name[4:])
+            record(np.array([n, -n if big else n, 6, kind], whole), np.frombuffer(label.encode(), "u1"))
             for column in range(n):
                 rows = np.flatnonzero(dense[:, column])
                 if not len(rows):
@@ -40,16 +43,16 @@ def write_op4_binary(path, matrices, order="<", single=False, strings=True, big=
                 if not strings:
                     values = dense[rows[0] : rows[-1] + 1, column].astype(real)
                     head = [column + 1, rows[0] + 1, per_value * len(values)]
-                    record(np.array(head, order + "i4"), values)
+                    record(np.array(head, whole), values)
                     continue
                 parts, n_words = [], 0
                 for run in np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1):
                     length = per_value * len(run)
                     head = [length + 1, run[0] + 1] if big else [(length + 1) * 65536 + run[0] + 1]
-                    parts += [np.array(head, order + "i4"), dense[run, column].astype(real)]
+                    parts += [np.array(head, whole), dense[run, column].astype(real)]
                     n_words += length + len(head)
-                record(np.array([column + 1, 0, n_words], order + "i4"), *parts)
-            record(np.array([n + 1, 1, per_value], order + "i4"), np.ones(1, real))
+                record(np.array([column + 1, 0, n_words], whole), *parts)
+            record(np.array([n + 1, 1, per_value], whole), np.ones(1, real))
 
 
 def six_each(model):
@@ -60,7 +63,10 @@ def six_each(model):
     return {"KGG": grow @ model.K @ grow.T, "MGG": grow @ model.M @ grow.T}
 
 
-@pytest.mark.parametrize("layout", [{}, {"strings": False}, {"big": True}, {"order": ">"}])
+I8_LAYOUTS = [{"i8": True, **more} for more in ({}, {"strings": False}, {"big": True}, {"order": ">"})]
+
+
+@pytest.mark.parametrize("layout", [{}, {"strings": False}, {"big": True}, {"order": ">"}, *I8_LAYOUTS])
 def test_output4_binary_with_bulk_data(tmp_path, layout):
     write_op4_binary(tmp_path / "part.op4", six_each(BLOCK), **layout)
     (tmp_path / "part.bdf").write_text("CEND\nBEGIN BULK\n" + grid_cards(BLOCK) + "ENDDATA\n")
@@ -195,19 +201,100 @@ def test_external_superelement_becomes_a_reduced_body(superelement):
         fi.read_nastran_superelement(path, {"root": 1}, units="SI")
 
 
+def extern(n_modes):
+    """The EXTRN of the beam's superelement, small fields that touch, going on in lines that start with blanks."""
+    pairs = [(20110001, 123456), (20110005, 123456), *((90001 + k, 0) for k in range(n_modes))]
+    fields = "".join(f"{label:8d}{components:8d}" for label, components in pairs)
+    lines = [fields[at : at + 64] for at in range(0, len(fields), 64)]
+    return "EXTRN   " + "\n        ".join(lines) + "\n"
+
+
+def test_output4_superelement_with_rows_and_turned_axes_of_its_punch_file(superelement, tmp_path):
+    """As EXTSEOUT with MATOP4 writes: no labels, empty 1 x 1 matrices, GRIDs in systems of their own."""
+    body, _ = superelement
+    n_modes = len(body.frequencies)
+    turn = np.array([[0.6, 0.0, 0.8], [0.0, 1.0, 0.0], [-0.8, 0.0, 0.6]])  # columns: the axes of system 20110001
+    T = np.eye(12 + n_modes)
+    T[6:9, 6:9] = T[9:12, 9:12] = turn
+    empty = sparse.csr_array((1, 1))
+    matrices = {"KAA": sparse.csr_array(T.T @ body.K @ T), "MAA": sparse.csr_array(T.T @ body.M @ T)}
+    path = tmp_path / "n.op4"
+    write_op4_binary(path, matrices | {"BXX": empty, "K4XX": empty, "KASMX": empty, "MUG1": empty}, i8=True)
+    tip = turn.T @ [0.2, 0.0, 0.0]
+    bulk = tmp_path / "n.pch"
+    bulk.write_text(
+        "$ comment\nBEGIN SUPER      10\n"
+        "CORD2R *20110001                        0.              0.\n"
+        "*       0.              .8              0.              .6\n"
+        "*       .6              0.              -.8\n" + extern(n_modes) + f"GRID   *20110001\n"
+        f"GRID   *20110005        20110001        {tip[0]:<16.9f}{tip[1]:<16.9f}\n*       {tip[2]:<16.9f}20110001\n"
+        f"SPOINT     90001    THRU{90000 + n_modes:8d}\n"
+    )
+    read = fi.read(path, units="SI", interfaces={"tip": 20110005, "root": 20110001}, bulk=bulk)
+    assert read.is_free
+    order = [*range(6, 12), *range(6), *range(12, 12 + n_modes)]
+    np.testing.assert_allclose(read.K, body.K[np.ix_(order, order)], atol=1e-12 * body.K.max())
+    np.testing.assert_allclose(read.M, body.M[np.ix_(order, order)], atol=1e-12 * body.M.max())
+    with pytest.raises(fi.InterfaceError, match="node 20110005 is retained"):
+        fi.read(path, units="SI", interfaces={"root": 20110001}, bulk=bulk)
+    with pytest.raises(fi.ExportError, match=r"read that one, with this one as bulk="):
+        fi.read(bulk, units="SI")
+    cut = tmp_path / "cut.pch"
+    cut.write_text(bulk.read_text().replace("20110005  123456", "20110005     126"))
+    write_op4_binary(path, {name: m[: m.shape[0] - 3, : m.shape[0] - 3] for name, m in matrices.items()})
+    with pytest.raises(fi.ExportError, match=r"GRID 20110005 .* cannot be turned"):
+        fi.read(path, units="SI", interfaces={"root": 20110001}, bulk=cut)
+
+
+def test_grid_points_in_cylinders_and_spheres():
+    """Positions and directions by hand: r, theta, z and r, theta (from the pole), phi."""
+    text = (
+        "CORD2C,1,0,1.,2.,3.,1.,2.,4.\n,2.,2.,3.\n"  # at (1, 2, 3), axes as the basic ones
+        "CORD2S,2,1,0.,0.,0.,0.,0.,1.\n,1.,90.,0.\n"  # its x axis along the basic y
+        "GRID,10,1,2.,90.,5.,1\nGRID,11,2,2.,90.,90.,2\nGRID,12,2,4.,60.,0.,1\n"
+    )
+    found = parse_bulk(text, "x.bdf")
+    expected = [[1, 4, 8], [-1, 2, 3], [1, 2 + 4 * np.sin(np.pi / 3), 5]]
+    np.testing.assert_allclose(found.nodes.positions, expected, atol=1e-14)
+    columns = {10: [[0, 1, 0], [-1, 0, 0], [0, 0, 1]], 11: [[-1, 0, 0], [0, 0, -1], [0, -1, 0]]}
+    for label, directions in columns.items():
+        np.testing.assert_allclose(found.axes[label].T, directions, atol=1e-14)
+    for change, words in (("CORD2S,2,2,", "defined in it"), ("CORD2S,2,9,", "system 9 is not defined")):
+        with pytest.raises(fi.ExportError, match=words):
+            parse_bulk(text.replace("CORD2S,2,1,", change), "x.bdf")
+    with pytest.raises(fi.ExportError, match="lie on a line"):
+        parse_bulk(text.replace(",2.,2.,3.", ",1.,2.,9."), "x.bdf")
+
+
+def test_text_output4_of_large_and_of_old_files():
+    """Sizes that need 16 columns are announced by |I16; old headers tell no format, which is 5E16.9 then."""
+    wide = (
+        "              19       -10000001       2       1MATDT   1P,3E23.16|I16\n       1       0       4\n"
+        "       3     700\n 1.5000000000000000E+00-2.5000000000000000E+00\n      20       1       1\n"
+        " 1.0000000000000000E+00\n"
+    )
+    old = "       3       2       2       1SE_START\n       2       1       2\n 1.000000000E+00-4.000000000E+00\n"
+    found = parse_op4((wide + old + "       4       1       1\n 1.000000000E+00\n").encode(), "x.op4")
+    assert found["MATDT"].size == found["SE_START"].size == -1
+    np.testing.assert_array_equal([found["MATDT"].rows, found["MATDT"].columns], [[699, 700], [0, 0]])
+    np.testing.assert_array_equal(found["MATDT"].values, [1.5, -2.5])
+    np.testing.assert_array_equal([found["SE_START"].rows, found["SE_START"].columns], [[0, 1], [1, 1]])
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [
         (lambda t: t.replace("MAAX", "LAAX"), "no mass matrix"),
         (lambda t: t + "GRID,3,,0.,0.,0.\n", "occurs 2 times"),
         (lambda t: t.replace("GRID*", "GRAD*"), "no GRID cards"),
-        (lambda t: re.sub(r"(GRID\* +3)" + " " * 16, r"\1" + f"{7:16d}", t), "GRID 3 has its position"),
+        (lambda t: re.sub(r"(GRID\* +3)" + " " * 16, r"\1" + f"{7:16d}", t), "coordinate system 7 is not defined"),
+        (lambda t: t.replace("DMIG", "DMYG"), "no reader knows|in the .op4 beside it"),
         (lambda t: t.replace("DMIG    MAAX", "DMIG    NAAX", 1), "before its declaration|has no declaration"),
         (lambda t: re.sub(r"\d\.\d{9}D", "1.0000000x0D", t, count=1), "expected a number"),
         (lambda t: t.replace("KAAX           0       6", "KAAX           0       9"), "no stiffness matrix"),
         (lambda t: t[:-4], "within a line"),
         (lambda t: t.replace("KAAX", "K2AX", 1), "before its declaration|has no declaration"),
-        (lambda t: t.replace("MAAX", "KBBX"), "say which is the stiffness"),
+        (lambda t: t.replace("MAAX", "KBBX").replace("KAAX", "KCCX"), "say which is the stiffness"),
     ],
 )
 def test_damaged_punch_files_are_refused(tmp_path, change, words):

@@ -7,7 +7,7 @@ import sys
 
 import numpy as np
 import pytest
-from own_fe import brick_block, flexure_block, frequencies
+from own_fe import brick_block, euler_beam, flexure_block, frequencies
 from scipy.linalg import eigh, null_space
 
 import fem_import as fi
@@ -221,7 +221,7 @@ def test_sensor_points_that_cannot_be(flexure):
         ({"a.b": node}, "cannot name an interface"),
         ({"a": fi.Interface("LEFT", tie="rigid")}, "make it an interface"),
         ({"a": fi.Interface([node], position=(9, 9, 9))}, "is a single node, which tells no rotation"),
-        ({"a": 10**6}, "names node 1000000, which arrays does not have"),
+        ({"a": 10**6}, "^Sensor 'a' names node 1000000, which arrays does not have"),
         (["a"], "sensors must be a mapping"),
     ]:
         with pytest.raises(fi.InterfaceError, match=words):
@@ -306,6 +306,36 @@ def test_a_cache_that_is_a_file_is_refused(flexure, tmp_path):
         fi.reduce(flexure, ENDS, 60e3, cache=tmp_path / "file")
 
 
+@pytest.mark.parametrize("folder", [5, True, "", "a\0b", ["cache"]])
+def test_a_cache_that_is_no_folder_is_refused(flexure, folder):
+    with pytest.raises(fi.ReductionError, match="cache must be a folder; got"):
+        fi.reduce(flexure, ENDS, 60e3, cache=folder)
+
+
+@pytest.mark.parametrize("tie", TIES)
+@pytest.mark.parametrize("method", ["craig-bampton", "craig-chang"])
+def test_pairs_of_a_symmetric_part_agree_in_shape_too(tie, method):
+    """The modes of a pair have no axes of their own: any two in their plane are as good. A pair may be cut in two."""
+    bar = fi.FEModel.from_arrays(**brick_block((6, 2, 2), (0.1, 0.01, 0.01)).arrays)
+    body = fi.reduce(bar, ENDS, 60e3, tie=tie, method=method)
+    for n_modes in (1, 2, 3):
+        check = fi.mode_check(bar, body, n_modes=n_modes)
+        assert check.mac.shape == (n_modes, n_modes)
+        np.testing.assert_allclose(check.mac, np.eye(n_modes), atol=1e-5)
+    assert abs(check.tied[1] / check.tied[0] - 1) < 1e-6
+
+
+def test_a_line_of_point_masses_has_no_free_modes():
+    beam = euler_beam(0.2, 4, 7e10, 2.7e10, 2700.0, 1e-4, 1e-9, 2e-9)
+    lumped = np.diag(np.where(beam.dofs[:, 1] <= 3, 1e-3, 0.0))
+    part = fi.FEModel.from_arrays(**{**beam.arrays, "M": lumped})
+    assert "moves no mass" in str(part.report())
+    with pytest.raises(fi.ReductionError, match="no inertia against one of its rigid-body motions"):
+        fi.reduce(part, {"root": "ROOT"}, 3e4, method="craig-chang")
+    with pytest.raises(fi.ExportError, match=r"root\.rx has no mass .*CONM2"):
+        fi.reduce(part, {"root": "ROOT"}, 3e4)
+
+
 @pytest.mark.parametrize(("share", "method"), [(1.0, "craig-bampton"), (-0.1, "craig-bampton"), (0.1, "guyan")])
 def test_bad_participation(flexure, share, method):
     with pytest.raises(fi.ReductionError, match="min_participation"):
@@ -333,3 +363,11 @@ def test_what_is_no_part_and_no_body_is_refused(flexure):
         fi.mode_check(body, flexure)
     with pytest.raises(fi.ReductionError, match="got FEModel"):
         fi.effective_masses(flexure)
+    for n_modes in ("3", 2.5, True, 0, float("nan")):
+        with pytest.raises(fi.ReductionError, match="n_modes must be a whole number above 0; got"):
+            fi.mode_check(flexure, body, n_modes=n_modes)
+    for frequency in ("3", [1.0], -1.0, float("nan")):
+        with pytest.raises(fi.ReductionError, match="max_frequency must be a positive number of Hz; got"):
+            fi.mode_check(flexure, body, max_frequency=frequency)
+    with pytest.raises(fi.InterfaceError, match="interfaces must be a mapping"):
+        fi.compare_ties(flexure, ["LEFT"], 60e3)

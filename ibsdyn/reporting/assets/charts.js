@@ -75,7 +75,7 @@ class Chart {
       if (!curve.label || seen.has(curve.label)) continue;
       seen.add(curve.label);
       const button = element("button", {type: "button", "aria-pressed": String(!this.hidden.has(curve.label)), title: "show or hide"}, element("i"), curve.label);
-      const mark = button.firstChild; mark.style.borderTopColor = curve.colour; mark.style.borderTopStyle = curve.dash ? "dashed" : "solid";
+      const mark = button.firstChild; mark.style.borderTopColor = curve.colour; mark.style.borderTopStyle = !curve.dash ? "solid" : Number(curve.dash.split(" ")[0]) < 3 ? "dotted" : "dashed";
       button.addEventListener("click", () => { this.hidden.has(curve.label) ? this.hidden.delete(curve.label) : this.hidden.add(curve.label); this.drawLegend(); this.draw(); });
       this.legend.append(button);
     }
@@ -98,8 +98,8 @@ class Chart {
     for (const limit of panel.limits || []) { if (limit.steps) limit.steps.forEach((step) => take(step[2])); else take(limit.y); }
     panel.empty = low > high || (low === 0 && high === 0);
     if (panel.empty) return panel.log ? [0.1, 10] : [0, 1];
-    if (panel.log) { const room = Math.max(1.15, (high / low) ** (panel.limits ? 0.16 : 0.05)); return [low / room, high * room]; }
-    const room = (panel.limits ? 0.2 : 0.08) * (high - low) || Math.abs(high) * 0.1 || 1;
+    if (panel.log) { const room = Math.max(1.15, (high / low) ** (panel.limits?.length ? 0.16 : 0.05)); return [low / room, high * room]; }
+    const room = (panel.limits?.length ? 0.2 : 0.08) * (high - low) || Math.abs(high) * 0.1 || 1;
     return [panel.fromZero && low >= 0 ? 0 : low - room, high + room];
   }
   draw() {
@@ -121,10 +121,15 @@ class Chart {
       const [low, high] = this.range(panel, span), own = panel.log ? Math.log10 : (v) => v;
       const py = (y) => y0 + panel.height * (1 - (own(panel.log ? Math.max(y, 1e-300) : y) - own(low)) / (own(high) - own(low)));
       const last = number === this.spec.panels.length - 1;
-      for (const [value, text] of this.spec.x.ticks || ticks(...span, this.spec.x.log, Math.max(3, inner / 85)).map((v) => [v, decade(v, this.spec.x.log)])) {
+      // Given ticks keep their grid lines; texts that would run into each other give way to every second, third, ...
+      const longest = Math.max(1, ...(this.spec.x.ticks || []).flatMap(([, text]) => text.split("\n").map((line) => line.length)));
+      const each = Math.ceil((7.2 * longest + 8) * (this.spec.x.ticks || []).length / inner) || 1;
+      for (const [place, [value, text]] of (this.spec.x.ticks || ticks(...span, this.spec.x.log, Math.max(3, inner / 85)).map((v) => [v, decade(v, this.spec.x.log)])).entries()) {
         if (value < span[0] || value > span[1]) continue;
         drawing.append(svg("line", {class: "grid", x1: px(value), x2: px(value), y1: y0, y2: y0 + panel.height}));
-        if (last) text.split("\n").forEach((line, row) => drawing.append(svg("text", {x: px(value), y: y0 + panel.height + 17 + 14 * row, "text-anchor": "middle"}, line)));
+        const written = !this.spec.x.ticks || (this.spec.x.ticks.length - 1 - place) % each === 0;
+        // A long text at the edge moves inwards.
+        if (last && written) text.split("\n").forEach((line, row) => drawing.append(svg("text", {x: Math.min(px(value), width - 3.4 * line.length), y: y0 + panel.height + 17 + 14 * row, "text-anchor": "middle"}, line)));
       }
       const power = sharedPower(low, high, panel.log), carried = power ? panel.label.replace("[", `[10${superscript(power)} `) : panel.label;
       for (const value of panel.ticks || ticks(low, high, panel.log, Math.max(2, panel.height / 42))) {
@@ -137,7 +142,14 @@ class Chart {
         for (const [from, to, y] of limit.steps || [[span[0], span[1], limit.y]]) {
           group.append(svg("line", {x1: px(from), x2: px(to), y1: py(y), y2: py(y), stroke: "#18222d", "stroke-width": 1.6, "stroke-dasharray": "6 4"}));
         }
-        if (limit.label) { const [, , y] = (limit.steps || [[0, 0, limit.y]]).at(-1); group.append(svg("text", {x: left + inner - 6, y: py(y) - 6, "text-anchor": "end", class: "strong"}, limit.label)); }
+        if (limit.label) {
+          // On the side where the curves end further from the line.
+          const [, , y] = (limit.steps || [[0, 0, limit.y]]).at(-1), shown = this.visible(panel).filter((curve) => curve.y.length);
+          const room = (place) => Math.min(...shown.map((curve) => Math.abs(py(curve.y.at(place)) - py(y))).filter(Number.isFinite));
+          const whole = !limit.steps || (limit.steps.length === 1 && limit.steps[0][0] <= span[0]);
+          const right = !whole || !(room(0) > room(-1));
+          group.append(svg("text", {x: right ? left + inner - 6 : left + 6, y: py(y) - 6, "text-anchor": right ? "end" : "start", class: "strong"}, limit.label));
+        }
       }
       drawing.append(group, svg("rect", {class: "frame", x: left, y: y0, width: inner, height: panel.height}));
       const middle = y0 + panel.height / 2;
@@ -167,10 +179,11 @@ class Chart {
       pen = good;
     }
     group.append(svg("path", {class: "curve", d: path, stroke: curve.colour, "stroke-width": curve.width || 1.8, "stroke-dasharray": curve.dash || "none"}));
+    const size = Math.min(5, Math.max(2, 0.4 * (px(span[1]) - px(span[0])) / curve.x.length));
     (curve.marks || []).forEach(({colour, shape}, i) => {
       if (!Number.isFinite(curve.y[i])) return;
       const [x, y] = [px(curve.x[i]), py(curve.y[i])];
-      group.append(shape === "cross" ? svg("path", {d: `M${x - 5} ${y - 5}l10 10M${x - 5} ${y + 5}l10 -10`, stroke: colour, "stroke-width": 3}) : svg("circle", {cx: x, cy: y, r: 5, fill: colour}));
+      group.append(shape === "cross" ? svg("path", {d: `M${x - size} ${y - size}l${2 * size} ${2 * size}M${x - size} ${y + size}l${2 * size} ${-2 * size}`, stroke: colour, "stroke-width": 0.6 * size}) : svg("circle", {cx: x, cy: y, r: size, fill: colour}));
     });
   }
   listen(drawing) {

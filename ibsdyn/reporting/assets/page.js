@@ -4,9 +4,11 @@ const data = JSON.parse(document.getElementById("data").textContent);
 
 function sceneLegend(host, scene) {
   const kinds = {"rigid body": "box of its mass and inertia", "flexible body": "FE part"};
-  for (const part of scene.parts.filter((each) => each.kind in kinds)) {
+  const bodies = scene.parts.filter((each) => each.kind in kinds);
+  for (const part of bodies) {
     const patch = element("i", {class: "patch"}); patch.style.background = part.colour;
-    host.append(element("span", {}, patch, `${part.name} (${scene.schematic ? "size by inertia" : kinds[part.kind]})`));
+    const told = scene.schematic ? "size by inertia" : kinds[part.kind];
+    host.append(element("span", {}, patch, bodies.length > 6 ? part.name : `${part.name} (${told})`));
   }
   for (const [kind, words] of [["connection", "connections"], ["fixation", "fixations"], ["input", "inputs"], ["sensor", "sensors"]]) {
     const part = scene.parts.find((each) => each.kind === kind);
@@ -47,7 +49,7 @@ class ModePlayer {
   bars(id, shares, kind, otherwise) {
     const host = document.getElementById(id);
     host.replaceChildren();
-    if (otherwise) { host.append(element("span", {}, otherwise), "", ""); return; }
+    if (otherwise) { host.append(element("span", {class: "whole"}, otherwise)); return; }
     for (const [name, share] of shares) {
       const bar = element("div", {class: `bar ${kind}`}); bar.style.width = `${Math.max(100 * share, 0.6)}%`;
       host.append(element("span", {title: name}, name), bar, element("span", {}, `${(100 * share).toFixed(share < 0.1 ? 1 : 0)} %`));
@@ -71,6 +73,7 @@ class ResponseChart {
     const whole = element("button", {type: "button"}, "whole range");
     whole.addEventListener("click", () => { this.chart.zoomed = null; this.chart.draw(); });
     controls.append(whole);
+    host.before(this.caption = element("p", {class: "printed"}));  // paper shows no controls
     this.chart = new Chart(host, this.spec());
   }
   choice(host, words, names) {
@@ -81,6 +84,7 @@ class ResponseChart {
   }
   spec() {
     const [input, output] = [Number(this.input.value), Number(this.output.value)], unit = this.responses.units[output][input];
+    this.caption.textContent = `From ${this.responses.inputs[input]} to ${this.responses.outputs[output]}`;
     const curves = this.responses.curves.filter((curve) => curve.input === input && curve.output === output).map((curve) => {
       const number = this.labels.indexOf(curve.label), look = {label: curve.label, x: unpack(curve.x), ...(this.colours[curve.label] || {colour: COLOURS[number % 6], dash: DASHES[number % 6]})};
       return [{...look, y: unpack(curve.magnitude), low: curve.low && unpack(curve.low), high: curve.high && unpack(curve.high)}, {...look, y: unpack(curve.phase)}];
@@ -119,7 +123,7 @@ function drawBudget(budgets) {
       label: budget.name, x: {label: "frequency [Hz]", unit: "Hz", log: true},
       panels: [
         {label: `PSD [${budget.psdUnit}]`, unit: budget.psdUnit, log: true, height: 190, curves: budget.curves.map((curve, i) => ({...look(curve, i), y: unpack(curve.psd)}))},
-        {label: `cumulative RMS [${budget.unit}]`, unit: budget.unit, fromZero: true, height: 150, curves: budget.curves.map((curve, i) => ({...look(curve, i), y: unpack(curve.cumulative)}))},
+        {label: `cumulative RMS [${budget.unit}]`, unit: budget.unit, fromZero: true, height: 150, limits: budget.limits, curves: budget.curves.map((curve, i) => ({...look(curve, i), y: unpack(curve.cumulative)}))},
       ],
     });
   }

@@ -343,18 +343,27 @@ class SceneView {
     const seen = [0, 1].map((k) => turn[3 * k] * p[0] + turn[3 * k + 1] * p[1] + turn[3 * k + 2] * p[2]);
     return [width / 2 + camera.zoom * (seen[0] + camera.pan[0]), height / 2 - camera.zoom * (seen[1] + camera.pan[1])];
   }
+  // A name stands beside what it names, or near it with a line to it; where there is no room it is left out.
   drawNames(context, frame) {
-    const taken = [];
-    for (const part of this.scene.parts) {
-      if (part.kind === "connection" && this.scene.parts.length > 40) continue;
-      const [x, y] = this.anchor(part, frame), wide = context.measureText(part.name).width;
-      // A name that would cover another moves down to the next free line.
-      let top = y;
-      while (taken.some((t) => Math.abs(t.y - top) < 16 && x < t.x + t.wide + 6 && t.x < x + wide + 6)) top += 16;
-      taken.push({x, y: top, wide});
-      context.fillStyle = "rgba(255,255,255,.82)"; context.fillRect(x + 5, top - 8, wide + 6, 16);
-      context.fillStyle = part.kind === "rigid body" || part.kind === "flexible body" ? "#18222d" : part.colour;
-      context.fillText(part.name, x + 8, top);
+    const taken = [], high = 16, order = ["rigid body", "flexible body", "fixation", "input", "sensor", "connection"];
+    const named = this.scene.parts.filter((part) => part.kind !== "connection" || this.scene.parts.length <= 40);
+    named.sort((a, b) => order.indexOf(a.kind) - order.indexOf(b.kind));
+    for (const part of named) {
+      const [x, y] = this.anchor(part, frame), wide = context.measureText(part.name).width + 6;
+      const places = [0, 1, -1, 2, -2, 3, -3].flatMap((row) => [[x + 5, y + high * row], [x - 5 - wide, y + high * row]]);
+      const fits = ([left, middle]) => left >= 2 && left + wide <= frame.width - 2 && middle >= 10 && middle <= frame.height - 10
+        && !taken.some((t) => Math.abs(t.middle - middle) < high && left < t.left + t.wide && t.left < left + wide);
+      const place = places.find(fits);
+      if (!place) continue;
+      const [left, middle] = place;
+      taken.push({left, middle, wide});
+      const colour = part.kind === "rigid body" || part.kind === "flexible body" ? "#18222d" : part.colour;
+      if (middle !== y) {
+        context.strokeStyle = colour; context.lineWidth = 0.8;
+        context.beginPath(); context.moveTo(x, y); context.lineTo(left > x ? left : left + wide, middle); context.stroke();
+      }
+      context.fillStyle = "rgba(255,255,255,.82)"; context.fillRect(left, middle - high / 2, wide, high);
+      context.fillStyle = colour; context.fillText(part.name, left + 3, middle);
     }
   }
   anchor(part, frame) {
