@@ -62,9 +62,10 @@ def read_full(path: Path) -> LabelledMatrices:
     if header[_IS_UNSYMMETRIC]:
         file.refuse("the matrices are unsymmetric, which no structure at rest has")
     if header[_N_CONSTRAINT_EQUATIONS]:
-        file.refuse(
-            f"{header[_N_CONSTRAINT_EQUATIONS]} constraint equations are kept beside the matrices (CE, CERIG, RBE3, "
-            "MPC contact). Mesh through, or export a part without them and tie it here by its interfaces."
+        raise ExportError(
+            f"{path.name}: {header[_N_CONSTRAINT_EQUATIONS]} constraint equations are kept beside the matrices (CE, "
+            "CERIG, RBE3, MPC contact). Mesh through, or delete them (CEDELE,ALL), solve again and tie their nodes "
+            "here as interfaces."
         )
     n_equations, n_nodes = int(header[_N_EQUATIONS]), int(header[_N_NODES])
     _, place = file.whole_numbers(place, "kinds of DoF")
