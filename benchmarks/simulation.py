@@ -38,6 +38,7 @@ MIRROR_INERTIA = (1.5e-4, 1.2e-4, 1.0e-4, 1e-5, 0.0, 2e-5)
 MOUNT, GLUE = (2e8, 3e8, 2e8, 1e5, 2e5, 1e5), (1e8, 2e8, 1e8, 2e4, 1e4, 3e4)
 OFFSET = np.array([0.01, 0.005, 0.0])  # of the mirror from the tip
 BASE, GROUND = "base", "ground"
+BASE_NODE = 0  # of the scripts, which add it first
 
 
 def main() -> None:
@@ -63,8 +64,8 @@ def rigid(samples: int, repeats: int) -> None:
             by_hand = functools.partial(chain_by_hand, table, len(directions), how)
             compare(f"three rigid bodies, base driven in {what}, script with a {how}", ours, by_hand, repeats)
     ours = functools.partial(simulate, ratios, BASE, ("x",), sensor, table)
-    by_hand = functools.partial(chain_by_hand, table, 1, "table")
-    compare("the same with damping ratios, against the script's dampers (another motion)", ours, by_hand, repeats)
+    by_hand = functools.partial(chain_by_hand, table, 1, "table", ratios.linearize().modal_damping())
+    compare("the same with damping ratios, script with their matrix", ours, by_hand, repeats)
 
 
 def flexible(samples: int, repeats: int) -> None:
@@ -227,21 +228,27 @@ def run(mbs: Any, node: int, direction: int, samples: int) -> tuple[float, int, 
     return seconds, steps, mbs.GetSensorStoredData(sensor)[:, 1 + direction]
 
 
-def chain_by_hand(table: np.ndarray, directions: int, how: str) -> tuple[float, int, np.ndarray]:
-    """Three bodies in a row as a script writes them."""
+def chain_by_hand(
+    table: np.ndarray, directions: int, how: str, damping: np.ndarray | None = None
+) -> tuple[float, int, np.ndarray]:
+    """Three bodies in a row as a script writes them; with dampers in the springs, or with a damping matrix."""
     container = exu.SystemContainer()
     mbs = container.AddSystem()
-    before, place, node = prescribed_base(mbs, (0, 0, 0), list(range(directions)), refined(table), how), np.zeros(3), 0
+    before, place = prescribed_base(mbs, (0, 0, 0), list(range(directions)), refined(table), how), np.zeros(3)
+    nodes = []
     for i in range(3):
         cog, at = np.array([0.02 * i, 0.01, 0.1 * (i + 1)]), np.array([0.01 * i, 0.0, 0.1 * i + 0.05])
         node, body = rigid_body(mbs, 1.0 + i, cog, INERTIA)
+        nodes.append(node)
         markers = [
             mbs.AddMarker(eii.MarkerBodyRigid(bodyNumber=number, localPosition=at - origin))
             for number, origin in ((before, place), (body, cog))
         ]
-        spring(mbs, markers, STIFFNESS, DAMPING)
+        spring(mbs, markers, STIFFNESS, DAMPING if damping is None else (0.0,) * 6)
         before, place = body, cog
-    return run(mbs, node, 0, len(table))
+    if damping is not None:
+        mbs.AddObject(eii.ObjectGenericODE2(nodeNumbers=[*nodes, BASE_NODE], dampingMatrix=damping))
+    return run(mbs, nodes[-1], 0, len(table))
 
 
 def exudyn_reduction(part: fi.FEModel, coordinates: int) -> FEMinterface:
