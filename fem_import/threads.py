@@ -6,13 +6,14 @@ import functools
 import os
 import threading
 from collections.abc import Callable, Iterable
-from concurrent.futures import ThreadPoolExecutor, wait
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from contextlib import AbstractContextManager
 from typing import TypeVar
 
 from threadpoolctl import ThreadpoolController
 
 _Item = TypeVar("_Item")
+_Between = TypeVar("_Between")
 _Result = TypeVar("_Result")
 
 
@@ -42,6 +43,25 @@ def side_by_side(function: Callable[[_Item], _Result], items: Iterable[_Item]) -
     finally:
         wait(others)
     return results + [other.result() for other in others]
+
+
+def one_behind_another(
+    first: Callable[[_Item], _Between], then: Callable[[_Between], _Result], items: Iterable[_Item]
+) -> list[_Result]:
+    """Return then(first(item)) of few large items, the second step of one beside the first step of the next.
+
+    Raises what was raised for the first item that failed.
+    """
+    if n_threads() == 1 or getattr(_here, "is_worker", False):
+        return [then(first(item)) for item in items]
+    results: list[Future[_Result]] = []
+    try:
+        for item in items:
+            results.append(_workers().submit(_as_worker, then, first(item)))
+    finally:
+        wait(results)
+        made = [result.result() for result in results]  # of two items that failed the first is told
+    return made
 
 
 _here = threading.local()

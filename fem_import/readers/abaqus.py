@@ -18,8 +18,9 @@ from fem_import.fe_model import FEModel
 from fem_import.keywords import known_keywords
 from fem_import.readers.abaqus_deck import read_abaqus_deck
 from fem_import.readers.assembly import LabelledMatrices, mass_beside
+from fem_import.readers.long_text import LongText, texts_of
 from fem_import.readers.node_table import Nodes
-from fem_import.readers.packed_file import bare_suffix, contents_of, first_bytes
+from fem_import.readers.packed_file import bare_suffix, first_bytes
 from fem_import.readers.regular_text import IntArray, regular_labelled_triplets
 from fem_import.readers.triangles import full_symmetric
 from fem_import.readers.triplets import parse_triplets, printed_digits, refuse_cut_text, refuse_not_finite
@@ -83,7 +84,7 @@ def read_abaqus(
         )
     mass_path = Path(mass) if mass is not None else mass_beside(stiffness, _MASS_NAMES, _HOW_TO_EXPORT)
     paths = [stiffness, mass_path] + ([Path(damping)] if damping is not None else [])
-    tables = [_parsed_table(content, item.name) for item, content in zip(paths, contents_of(*paths), strict=True)]
+    tables = [_parsed_table(content, item.name) for item, content in zip(paths, texts_of(*paths), strict=True)]
     deck_path = _deck_beside(stiffness) if deck_path is None else deck_path
     nodes = read_abaqus_deck(deck_path)
     matrices = _matrices(tables, [item.name for item in paths], nodes, deck_path.name).without_penalties()
@@ -122,9 +123,9 @@ class _Table:
     digits: int
 
 
-def _parsed_table(content: bytes, name: str) -> _Table:
+def _parsed_table(content: LongText, name: str) -> _Table:
     refuse_cut_text(content, name)
-    line = content[: content.find(b"\n")]
+    line = content.line_at(0)
     comma = b"," in line
     if len(line.replace(b",", b" ").split()) == 6:
         raise ExportError(
@@ -132,7 +133,7 @@ def _parsed_table(content: bytes, name: str) -> _Table:
             "STIFFNESS, MASS without ELEMENT BY ELEMENT."
         )
     if len(line.replace(b",", b" ").split()) == 3:
-        text = content.translate(bytes.maketrans(b",", b" ")) if comma else content
+        text = LongText(bytes(content).translate(bytes.maketrans(b",", b" "))) if comma else content
         triplets = parse_triplets(text, name)
         return _Table(triplets.rows, triplets.columns, False, triplets.values, triplets.digits)
     found = regular_labelled_triplets(content)
@@ -162,11 +163,11 @@ def _refuse_other_dofs(dofs: IntArray, name: str) -> None:
     )
 
 
-def _loaded(content: bytes, comma: bool, name: str) -> NDArray[np.void]:
+def _loaded(content: LongText, comma: bool, name: str) -> NDArray[np.void]:
     """Parse what is not so regular line by line, to say which line is wrong."""
     try:
         return np.loadtxt(
-            io.BytesIO(content),
+            io.BytesIO(bytes(content)),
             dtype=_LINE,
             comments=None,
             delimiter="," if comma else None,
@@ -189,10 +190,10 @@ def _matrices(tables: list[_Table], names: list[str], nodes: Nodes, deck_name: s
     else:
         dofs, places = _places_of_labels(tables)
         _refuse_renumbered(dofs[:, 0], nodes, names[0], deck_name)
-    full = [
-        full_symmetric(rows, columns, table.values, len(dofs), name, "either")
-        for (rows, columns), table, name in zip(places, tables, names, strict=True)
-    ]
+    full = side_by_side(
+        lambda given: full_symmetric(*given[0], given[1].values, len(dofs), given[2], "either"),
+        zip(places, tables, names, strict=True),
+    )
     for row in np.flatnonzero(full[0].diagonal() == 0.0)[:1]:
         raise ExportError(
             f"{names[0]} has nothing on the diagonal of node {dofs[row, 0]}, DoF {dofs[row, 1]}: the file is "

@@ -15,6 +15,7 @@ from fem_import.errors import ExportError, UnknownKeywordError
 from fem_import.keywords import known_keywords
 from fem_import.readers.abaqus_deck import read_abaqus_deck
 from fem_import.readers.assembly import warn_of_few_digits
+from fem_import.readers.long_text import LongText
 from fem_import.readers.packed_file import read_bytes, text_of
 from fem_import.readers.superelement import MODAL, superelement_body
 from fem_import.readers.triplets import parse_numbers, printed_digits, refuse_cut_text
@@ -151,7 +152,7 @@ def _lower_triangle(lines: list[str], size: int, what: str) -> FloatArray:
     text = " ".join(lines).replace(",", " ").encode("latin-1", errors="replace")
     if size > 20_000:
         raise ExportError(f"{what}: {size} DoF are no reduced body.")
-    values = parse_numbers(text, size * (size + 1) // 2, what)
+    values = parse_numbers(LongText(text), size * (size + 1) // 2, what)
     matrix = np.zeros((size, size))
     matrix[np.tril_indices(size)] = values
     return np.asarray(matrix + np.tril(matrix, -1).T)

@@ -17,11 +17,14 @@ from fem_import.keywords import known_keywords
 from fem_import.readers.ansys_cdb import read_archive
 from fem_import.readers.ansys_full import read_full
 from fem_import.readers.assembly import LabelledMatrices, mass_beside, refuse_other_size
-from fem_import.readers.harwell_boeing import PrintedMatrix, is_harwell_boeing, parse_harwell_boeing
+from fem_import.readers.harwell_boeing import is_harwell_boeing, parse_harwell_boeing
+from fem_import.readers.long_text import texts_of
 from fem_import.readers.matrix_market_file import is_matrix_market, parse_matrix, parse_vector
 from fem_import.readers.node_table import Nodes, read_node_table
-from fem_import.readers.packed_file import bare_suffix, contents_of, first_bytes, read_bytes, text_of
+from fem_import.readers.packed_file import bare_suffix, first_bytes, read_bytes, text_of
+from fem_import.readers.printed_matrix import PrintedEntries
 from fem_import.readers.triplets import refuse_cut_text
+from fem_import.threads import one_behind_another
 from fem_import.units import required_units
 
 PathLike: TypeAlias = "str | os.PathLike[str]"
@@ -104,9 +107,11 @@ def _read_text(
     mass_path = Path(mass) if mass is not None else mass_beside(stiffness, _MASS_NAMES, _HOW_TO_EXPORT)
     paths = [stiffness, mass_path] + ([Path(damping)] if damping is not None else [])
     parse = parse_harwell_boeing if is_hb else parse_matrix
-    printed: list[PrintedMatrix] = [
-        parse(content, path.name) for path, content in zip(paths, contents_of(*paths), strict=True)
-    ]
+    printed = one_behind_another(
+        lambda given: parse(given[1], given[0].name),
+        PrintedEntries.assembled,
+        zip(paths, texts_of(*paths), strict=True),
+    )
     sizes = [item.matrix.shape[0] for item in printed]
     for path, size in zip(paths[1:], sizes[1:], strict=True):
         refuse_other_size(size, sizes[0], path.name, stiffness.name)
@@ -202,7 +207,7 @@ def _regular_mapping(content: bytes) -> IntArray | None:
 
 def _read_node_vector(path: Path, size: int) -> IntArray:
     """Read the node numbers in the order of the rows; all nodes have the same 3 or 6 DoF."""
-    values = parse_vector(read_bytes(path), path.name)
+    values = parse_vector(next(texts_of(path)), path.name)
     if np.any(values != np.floor(values)) or np.any(values < 1) or np.any(values > 2**53):
         raise ExportError(
             f"{path.name} must hold node numbers; found {values[(values != np.floor(values)) | (values < 1)][0]}."

@@ -14,9 +14,10 @@ from fem_import.errors import ExportError, InterfaceError, UnknownKeywordError
 from fem_import.keywords import known_keywords
 from fem_import.readers.ansys_cdb import read_archive
 from fem_import.readers.assembly import mass_beside, refuse_other_size, warn_of_few_digits
+from fem_import.readers.long_text import texts_of
 from fem_import.readers.matrix_market_file import parse_matrix
 from fem_import.readers.node_table import read_node_table
-from fem_import.readers.packed_file import bare_suffix, contents_of
+from fem_import.readers.packed_file import bare_suffix
 from fem_import.readers.superelement import MODAL, superelement_body
 from fem_import.reduced_body import ReducedBody
 from fem_import.units import required_units
@@ -73,7 +74,9 @@ def read_ansys_substructure(
     refuse_substructure_file(source)
     mass_path = Path(mass) if mass is not None else mass_beside(source, _MASS_NAMES, _HOW_TO_EXPORT)
     paths = [source, mass_path] + ([Path(damping)] if damping is not None else [])
-    printed = [parse_matrix(content, item.name) for item, content in zip(paths, contents_of(*paths), strict=True)]
+    printed = [
+        parse_matrix(content, item.name).assembled() for item, content in zip(paths, texts_of(*paths), strict=True)
+    ]
     size = printed[0].matrix.shape[0]
     if size > _LARGEST:
         raise ExportError(f"{source.name}: {size} DoF are no superelement. Read it by fi.read_ansys.")

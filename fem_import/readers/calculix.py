@@ -12,10 +12,11 @@ from fem_import.errors import ExportError, MissingFileError
 from fem_import.fe_model import FEModel
 from fem_import.readers.assembly import warn_of_few_digits
 from fem_import.readers.calculix_deck import Deck, read_deck
-from fem_import.readers.packed_file import contents_of, read_bytes
-from fem_import.readers.triangles import mirrored, refuse_outside
+from fem_import.readers.long_text import LongText, texts_of
+from fem_import.readers.packed_file import read_bytes
+from fem_import.readers.triangles import SparseMatrix, mirrored, refuse_outside
 from fem_import.readers.triplets import Triplets, parse_triplets
-from fem_import.threads import side_by_side
+from fem_import.threads import one_behind_another
 from fem_import.units import unit_system
 
 JOB_SUFFIXES = (".inp", ".sti", ".mas", ".dof")
@@ -39,19 +40,25 @@ def read_calculix(path: str | os.PathLike[str], units: str = "SI") -> FEModel:
     mass_path = _job_file(stem, ".mas", f"The analysis never formed the mass matrix. {_HOW_TO_EXPORT}")
 
     matrix_paths = (stiffness_path, mass_path)
-    contents = contents_of(*matrix_paths)
+    contents = texts_of(*matrix_paths)
     deck = read_deck(deck_path)
     dofs, rotation_nodes = _rotations_to_reference(_read_dofs(dof_path, deck), deck, dof_path.name)
-    stiffness, mass = (
-        _checked_triangle(parse_triplets(content, path.name), path, len(dofs), dof_path.name)
-        for path, content in zip(matrix_paths, contents, strict=True)
-    )
-    one_pattern = np.array_equal(stiffness.rows, mass.rows) and np.array_equal(stiffness.columns, mass.columns)
-    K, M = side_by_side(
-        lambda given: mirrored(given[1].rows, given[1].columns, given[1].values, len(dofs), given[0].name),
-        zip(matrix_paths, (stiffness, mass), strict=True),
-    )
-    if not one_pattern:
+    triangles: list[Triplets] = []
+
+    def parsed(given: tuple[Path, LongText]) -> tuple[str, Triplets]:
+        path, content = given
+        n_lines = len(triangles[0].values) if triangles else None
+        triangle = _checked_triangle(parse_triplets(content, path.name, n_lines), path, len(dofs), dof_path.name)
+        triangles.append(triangle)
+        return path.name, triangle
+
+    def assembled(given: tuple[str, Triplets]) -> SparseMatrix:
+        name, triangle = given
+        return mirrored(triangle.rows, triangle.columns, triangle.values, len(dofs), name)
+
+    K, M = one_behind_another(parsed, assembled, zip(matrix_paths, contents, strict=True))
+    stiffness, mass = triangles
+    if not (np.array_equal(stiffness.rows, mass.rows) and np.array_equal(stiffness.columns, mass.columns)):
         raise ExportError(
             f"{stiffness_path.name} has {len(stiffness.values)} entries and {mass_path.name} "
             f"{len(mass.values)}, or at other "
@@ -144,7 +151,7 @@ def _rotations_to_reference(
     dofs: NDArray[np.int64], deck: Deck, name: str
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Make DoF 1..3 of ROT NODEs directions 4..6 of their REF NODEs; also return the ROT NODEs' labels."""
-    unplaced = np.setdiff1d(dofs[:, 0], deck.node_ids)
+    unplaced = np.unique(dofs[~np.isin(dofs[:, 0], deck.node_ids), 0])
     unnamed = [body for body in deck.rigid_bodies if body.rotation_node is None]
     # Without ROT NODE= ccx numbers new nodes upwards, one a rigid body in the order of the deck.
     if len(unplaced) != len(unnamed):
@@ -161,7 +168,7 @@ def _rotations_to_reference(
         result[rows, 1] += 3
         rotation_nodes.append(rotation_node)
     labels = np.array(rotation_nodes, dtype=np.int64)
-    missing = np.setdiff1d(result[:, 0], deck.node_ids)
+    missing = np.unique(result[~np.isin(result[:, 0], deck.node_ids), 0])
     if len(missing):
         kinds = f" Elements {', '.join(deck.expanded_elements)} are expanded by ccx." if deck.expanded_elements else ""
         raise ExportError(

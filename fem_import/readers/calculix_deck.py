@@ -93,14 +93,17 @@ def read_deck(path: Path) -> Deck:
 def _solid_corners(card: Card, element: str) -> list[NDArray[np.int64]]:
     """Return the corner labels of a block of solids, for drawing only: nothing where the block is not understood."""
     kind = next((size for name, size in _SOLIDS.items() if element.rstrip("RIMTESB") == name), None)
-    if kind is None:
-        return []
-    try:
-        numbers = np.array(",".join(line.rstrip(", ") for line in card.data).split(","), dtype=np.int64)
-    except (ValueError, OverflowError):
+    if kind is None or not card.data:
         return []
     width = kind[0] + 1
-    return [numbers.reshape(-1, width)[:, 1 : 1 + kind[1]]] if len(numbers) % width == 0 else []
+    try:
+        numbers = np.loadtxt(card.data, dtype=np.int64, delimiter=",", ndmin=2, comments=None)
+    except (ValueError, OverflowError):  # as where an element takes two lines
+        try:
+            numbers = np.array(",".join(line.rstrip(", ") for line in card.data).split(","), dtype=np.int64)
+        except (ValueError, OverflowError):
+            return []
+    return [numbers.reshape(-1, width)[:, 1 : 1 + kind[1]]] if numbers.size % width == 0 else []
 
 
 def _set_members(card: Card, sets: dict[str, list[NDArray[np.int64]]], spelled: dict[str, str]) -> NDArray[np.int64]:

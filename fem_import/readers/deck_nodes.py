@@ -19,9 +19,9 @@ def node_block(card: Card, words: range) -> tuple[NDArray[np.int64], NDArray[np.
     if not card.data:
         return np.empty(0, np.int64), np.empty((0, 3))
     try:
-        if any(line.count(",") != 3 or line.endswith(",") for line in card.data):
+        table = np.loadtxt(card.data, delimiter=",", ndmin=2, comments=None)
+        if table.shape[1] != 4:
             raise ValueError("short lines")
-        table = np.array(",".join(card.data).split(","), dtype=np.float64).reshape(-1, 4)
     except ValueError:
         table = np.array([_node_line(card, line, words) for line in card.data])
     labels = table[:, 0]

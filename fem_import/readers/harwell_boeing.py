@@ -4,28 +4,15 @@ from __future__ import annotations
 
 import itertools
 import re
-from dataclasses import dataclass
-from typing import Any, TypeAlias
 
 import numpy as np
-from scipy import sparse
 
 from fem_import.errors import ExportError
-from fem_import.readers.triangles import Written, full_symmetric
+from fem_import.readers.long_text import LongText
+from fem_import.readers.printed_matrix import PrintedEntries
 from fem_import.readers.triplets import parse_numbers, parse_whole_numbers, printed_digits, refuse_cut_text
 
-SparseMatrix: TypeAlias = "sparse.csr_array[Any, tuple[int, int]]"
-
 _KIND = re.compile(rb"[RCP][SUHZR][AE]", re.IGNORECASE)
-
-
-@dataclass(frozen=True, eq=False)
-class PrintedMatrix:
-    """A full symmetric matrix, the digits it was printed with, and whether only one triangle was printed."""
-
-    matrix: SparseMatrix
-    digits: int
-    of_one_triangle: bool
 
 
 def is_harwell_boeing(head: bytes) -> bool:
@@ -34,16 +21,17 @@ def is_harwell_boeing(head: bytes) -> bool:
     return len(lines) > 3 and bool(_KIND.match(lines[2])) and _five_counts(lines[1]) is not None
 
 
-def parse_harwell_boeing(content: bytes, name: str) -> PrintedMatrix:
+def parse_harwell_boeing(content: LongText, name: str) -> PrintedEntries:
     """Parse a real matrix stored column by column; a right-hand side that follows is passed over.
 
     scipy's own reader refuses symmetric files with a right-hand side. Format: Duff, Grimes and Lewis, Users'
     Guide for the Harwell-Boeing Sparse Matrix Collection (1992). Raises ExportError.
     """
     refuse_cut_text(content, name)
-    if not is_harwell_boeing(content[:1000]):
+    head = content[:1000]
+    if not is_harwell_boeing(head):
         raise ExportError(f"{name} is no Harwell-Boeing text file: its third line does not name a kind such as RSA.")
-    header = content.split(b"\n", 3)[:3]
+    header = head.split(b"\n", 3)[:3]
     counts = _five_counts(header[1])
     kind = header[2][:3].upper().decode("latin-1")
     if counts is None or kind not in ("RSA", "RUA"):
@@ -55,15 +43,14 @@ def parse_harwell_boeing(content: bytes, name: str) -> PrintedMatrix:
     total, n_pointer_lines, n_index_lines, n_value_lines, n_rhs_lines = counts
     if min(n_rows, n_entries, *counts) < 0 or n_rows != n_columns or n_rows == 0:
         raise ExportError(f"{name} declares {n_rows} x {n_columns} with {n_entries} entries: not a matrix to import.")
-    line_ends = np.flatnonzero(np.frombuffer(content, np.uint8) == ord("\n"))
     first = 4 + (n_rhs_lines > 0)
-    blocks = np.cumsum([first, n_pointer_lines, n_index_lines, n_value_lines])
+    blocks = np.cumsum([first, n_pointer_lines, n_index_lines, n_value_lines]).tolist()
     needed = blocks[-1] + n_rhs_lines
-    if len(line_ends) < needed or total != needed - first:
-        raise ExportError(f"{name} announces {needed} lines and has {len(line_ends)}: truncated or damaged.")
+    ends = content.ends_of_lines([*blocks, needed])
+    if len(ends) < 5 or total != needed - first:
+        raise ExportError(f"{name} announces {needed} lines and has {content.count_lines()}: truncated or damaged.")
     pointers_text, indices_text, values_text = (
-        memoryview(content)[line_ends[start - 1] + 1 : line_ends[stop - 1] + 1]
-        for start, stop in itertools.pairwise(blocks)
+        content.between(start, stop) for start, stop in itertools.pairwise(ends[:4])
     )
     pointers = parse_whole_numbers(pointers_text, n_columns + 1, f"{name}, column pointers") - 1
     rows = parse_whole_numbers(indices_text, n_entries, f"{name}, row indices") - 1
@@ -72,11 +59,14 @@ def parse_harwell_boeing(content: bytes, name: str) -> PrintedMatrix:
     if pointers[0] != 0 or pointers[-1] != n_entries or np.any(lengths < 0):
         raise ExportError(f"{name}: the column pointers do not run from 1 to {n_entries + 1} upwards. Damaged?")
     columns = np.repeat(np.arange(n_columns, dtype=np.int64), lengths)
-    written: Written = "one triangle" if kind == "RSA" else "both triangles"
-    return PrintedMatrix(
-        full_symmetric(rows, columns, values, n_rows, name, written),
-        printed_digits(bytes(values_text[:200_000]).translate(bytes.maketrans(b"Dd", b"Ee"))),
-        written == "one triangle",
+    return PrintedEntries(
+        rows,
+        columns,
+        values,
+        n_rows,
+        name,
+        "one triangle" if kind == "RSA" else "both triangles",
+        printed_digits(values_text[:200_000].translate(bytes.maketrans(b"Dd", b"Ee"))),
     )
 
 

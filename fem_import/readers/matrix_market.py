@@ -11,8 +11,10 @@ from fem_import.fe_model import FEModel
 from fem_import.keywords import known_keywords
 from fem_import.readers.assembly import LabelledMatrices, mass_beside, refuse_other_size
 from fem_import.readers.dof_table import read_dof_table
+from fem_import.readers.long_text import LongText, texts_of
 from fem_import.readers.matrix_market_file import parse_matrix
-from fem_import.readers.packed_file import contents_of
+from fem_import.readers.printed_matrix import PrintedEntries
+from fem_import.threads import one_behind_another
 from fem_import.units import required_units
 
 PathLike: TypeAlias = "str | os.PathLike[str]"
@@ -58,11 +60,14 @@ def read_matrix_market(
     mass_path = Path(mass) if mass is not None else mass_beside(stiffness, _MASS_NAMES, "")
     paths = [stiffness, mass_path] + ([Path(damping)] if damping is not None else [])
     table = read_dof_table(Path(dofs))
-    printed = []
-    for item, content in zip(paths, contents_of(*paths), strict=True):
-        matrix = parse_matrix(content, item.name)
-        refuse_other_size(matrix.matrix.shape[0], len(table.dofs), item.name, Path(dofs).name)
-        printed.append(matrix)
+
+    def parsed(given: tuple[Path, LongText]) -> PrintedEntries:
+        item, content = given
+        entries = parse_matrix(content, item.name)
+        refuse_other_size(entries.size, len(table.dofs), item.name, Path(dofs).name)
+        return entries
+
+    printed = one_behind_another(parsed, PrintedEntries.assembled, zip(paths, texts_of(*paths), strict=True))
     matrices = LabelledMatrices(
         K=printed[0].matrix,
         M=printed[1].matrix,

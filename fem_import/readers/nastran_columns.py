@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fem_import.readers.long_text import LongText
 from fem_import.readers.regular_text import IntArray, regular_triplets
 from fem_import.readers.triplets import printed_digits
 
@@ -100,7 +101,7 @@ def _numbers(
     text[:, -1] = ord("\n")
     for place, field in enumerate(fields):
         text[:, 17 * place : 17 * place + 16] = ord("1") if field is None else lines[:, _FIELDS[field]]
-    found = regular_triplets(text.tobytes().translate(_FROM_FORTRAN))
+    found = regular_triplets(LongText(text.tobytes().translate(_FROM_FORTRAN)))
     return None if found is None else (found[0] + 1, found[1] + 1, found[2])
 
 

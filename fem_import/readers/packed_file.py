@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from fem_import.errors import ExportError, MissingFileError
@@ -20,39 +18,47 @@ def read_bytes(path: Path) -> bytes:
 
     Raises MissingFileError, and ExportError for what is no file, is damaged, or unpacks to absurd size.
     """
-    if not path.exists():
-        raise MissingFileError(f"{path} does not exist.")
-    if not path.is_file():
-        raise ExportError(f"{path} is not a file.")
+    _refuse_no_file(path)
     try:
         content = path.read_bytes()
         return _unpacked(content, path) if content[:2] == _GZIP else content
     except (OSError, zlib.error) as error:
-        raise ExportError(f"{path} cannot be read ({error}); damaged or truncated? Export it again.") from None
+        raise unreadable(path, error) from None
 
 
-def contents_of(*paths: Path) -> Iterator[bytes]:
-    """Return the contents as `read_bytes` gives them, in order; a thread reads them while the caller works."""
-    pool = ThreadPoolExecutor(1)
-    waiting = [pool.submit(read_bytes, path) for path in paths]
-    pool.shutdown(wait=False)
-    return (waiting.pop(0).result() for _ in paths)
+def is_packed(path: Path) -> bool:
+    """Whether a file is gzipped. Raises as `read_bytes` does."""
+    return _head(path, len(_GZIP)) == _GZIP
 
 
 def first_bytes(path: Path, size: int) -> bytes:
     """Return the start of a file's (unpacked) content, to tell what it is."""
+    head = _head(path, size)
+    try:
+        return zlib.decompressobj(wbits=31).decompress(head, size) if head[:2] == _GZIP else head
+    except zlib.error as error:
+        raise unreadable(path, error) from None
+
+
+def unreadable(path: Path, error: Exception) -> ExportError:
+    """Return the error to raise where the system, or a packed file's check, refused."""
+    return ExportError(f"{path} cannot be read ({error}); damaged or truncated? Export it again.")
+
+
+def _head(path: Path, size: int) -> bytes:
+    _refuse_no_file(path)
+    try:
+        with path.open("rb") as stream:
+            return stream.read(size)
+    except OSError as error:
+        raise unreadable(path, error) from None
+
+
+def _refuse_no_file(path: Path) -> None:
     if not path.exists():
         raise MissingFileError(f"{path} does not exist.")
     if not path.is_file():
         raise ExportError(f"{path} is not a file.")
-    try:
-        with path.open("rb") as stream:
-            head = stream.read(size)
-        if head[:2] != _GZIP:
-            return head
-        return zlib.decompressobj(wbits=31).decompress(head, size)
-    except (OSError, zlib.error) as error:
-        raise ExportError(f"{path} cannot be read ({error}); damaged or truncated? Export it again.") from None
 
 
 def text_of(content: bytes) -> str:

@@ -9,7 +9,6 @@ mark. What is not so regular is None here: slower parsers, which say what is wro
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator
 from inspect import signature
 from typing import IO, Any, TypeAlias, cast
 
@@ -19,12 +18,11 @@ from scipy import io as scipy_io
 from scipy import sparse
 
 from fem_import.readers.fixed_layout import FixedLayout, Places, are_digits
+from fem_import.readers.long_text import LongText
 
 IntArray: TypeAlias = NDArray[np.signedinteger[Any]]
 FloatArray: TypeAlias = NDArray[np.float64]
-Bytes: TypeAlias = "bytes | memoryview[int]"
 
-BLOCK = 1 << 17  # bytes; stays in the cache
 _NEWLINE = ord("\n")
 _LARGEST_INDEX = 2**31 - 1  # so indices take 32 bits; beyond it the slower parsers do the work
 _LARGEST_PAIR = 10**17
@@ -52,20 +50,24 @@ def _byte_classes(exponents: bytes = b"eE", blanks: bytes = b" \t\r\n") -> bytes
     return classes.tobytes()
 
 
-def regular_triplets(content: Bytes) -> tuple[IntArray, IntArray, FloatArray] | None:
-    """Return rows and columns (base 0) and values of lines "row column value"; None where they are not regular."""
-    return _coordinates(content, _LARGEST_INDEX, 3, _CheckedText)
+def regular_triplets(text: LongText, n_lines: int | None = None) -> tuple[IntArray, IntArray, FloatArray] | None:
+    """Return rows and columns (base 0) and values of lines "row column value"; None where they are not regular.
+
+    n_lines : how many there should be, which spares counting them.
+    """
+    return _coordinates(text, text.count_lines() if n_lines is None else n_lines, _LARGEST_INDEX, 3, _CheckedText)
 
 
-def regular_labelled_triplets(content: bytes) -> tuple[IntArray, IntArray, FloatArray] | None:
+def regular_labelled_triplets(text: LongText) -> tuple[IntArray, IntArray, FloatArray] | None:
     """Return rows, columns and values of lines "node, dof, node, dof, value"; None where they are not regular.
 
     Rows and columns are 100 node + dof, dof of one digit. One comma or blank parts a pair, any number of them what
     lies between.
     """
-    found = _coordinates(content, _LARGEST_INDEX, 5, _PairedText)
+    n_lines = text.count_lines()
+    found = _coordinates(text, n_lines, _LARGEST_INDEX, 5, _PairedText)
     if found is None:  # perhaps only as a label is above 21 million, which takes 64 bits
-        found = _coordinates(content, _LARGEST_PAIR, 5, _PairedText)
+        found = _coordinates(text, n_lines, _LARGEST_PAIR, 5, _PairedText)
     if found is None:
         return None
     rows, columns, values = found
@@ -74,55 +76,30 @@ def regular_labelled_triplets(content: bytes) -> tuple[IntArray, IntArray, Float
     return rows, columns, values
 
 
-def regular_column(content: Bytes) -> FloatArray | None:
+def regular_column(text: LongText) -> FloatArray | None:
     """Return the numbers of lines with one number each, Fortran's 1.0D0 too; None where they are not regular."""
-    n_lines = count_lines(content)
+    n_lines = text.count_lines()
     header = f"%%MatrixMarket matrix array real general\n{n_lines} 1\n"
-    has_d = b"D" in bytes(content[:1000]).upper()
-    found = _parsed(header, content, n_lines, 1, _FortranText if has_d else _CheckedText)
+    has_d = b"D" in text[:1000].upper()
+    found = _parsed(header, text, n_lines, 1, _FortranText if has_d else _CheckedText)
     return None if found is None else np.asarray(found, dtype=np.float64).ravel()
 
 
-def count_lines(content: Bytes) -> int:
-    """Return the number of line ends."""
-    return sum(int(np.count_nonzero(np.frombuffer(block, np.uint8) == _NEWLINE)) for block in _blocks(content))
-
-
-def _blocks(content: Bytes) -> Iterator[memoryview[int]]:
-    view = memoryview(content)
-    for start in range(0, len(view), BLOCK):
-        yield view[start : start + BLOCK]
-
-
-def _blocks_of_lines(content: Bytes) -> Iterator[bytes]:
-    """Yield whole lines, up to one that is longer than a block."""
-    view = memoryview(content)
-    start = 0
-    while start < len(view):
-        text = bytes(view[start : start + BLOCK])
-        end = text.rfind(b"\n") + 1
-        if end == 0:
-            return
-        yield text[:end]
-        start += end
-
-
 def _coordinates(
-    content: Bytes, largest: int, words_a_line: int, kind: type[_CheckedText]
+    text: LongText, n_lines: int, largest: int, words_a_line: int, kind: type[_CheckedText]
 ) -> tuple[IntArray, IntArray, FloatArray] | None:
-    n_lines = count_lines(content)
     header = f"%%MatrixMarket matrix coordinate real general\n{largest} {largest} {n_lines}\n"
-    found = _parsed(header, content, n_lines, words_a_line, kind)
+    found = _parsed(header, text, n_lines, words_a_line, kind)
     if found is None:
         return None
     matrix = sparse.coo_array(found)
     return np.asarray(matrix.row), np.asarray(matrix.col), np.asarray(matrix.data, dtype=np.float64)
 
 
-def _parsed(header: str, content: Bytes, n_lines: int, words_a_line: int, kind: type[_CheckedText]) -> Any:
-    if n_lines == 0 or content[-1] != _NEWLINE:
-        return None  # the parser divides by the number of lines
-    checked = kind(header, content, words_a_line)
+def _parsed(header: str, text: LongText, n_lines: int, words_a_line: int, kind: type[_CheckedText]) -> Any:
+    if not 0 < n_lines <= len(text) // (2 * words_a_line) or text[-1:] != b"\n":
+        return None  # the parser divides by the number of lines, and takes memory for as many
+    checked = kind(header, text, words_a_line)
     try:
         found = scipy_io.mmread(cast("IO[bytes]", checked), **_AS_ARRAY)
     except (ValueError, OverflowError):
@@ -137,9 +114,9 @@ class _CheckedText(io.RawIOBase):
     exponents = b"eE"
     classes_of_bytes = _byte_classes()
 
-    def __init__(self, header: str, content: Bytes, words_a_line: int) -> None:
+    def __init__(self, header: str, text: LongText, words_a_line: int) -> None:
         self._header = header.encode()
-        self._blocks = _blocks_of_lines(content)
+        self._blocks = text.blocks_of_lines()
         self._words_a_line = words_a_line
         self._layout: FixedLayout | None = None
         self._words: Places = np.empty((0, words_a_line), np.int64)

@@ -64,18 +64,22 @@ def refuse_outside(rows: IntArray, columns: IntArray, size: int, name: str, tabl
 
 
 def mirrored(rows: IntArray, columns: IntArray, values: FloatArray, size: int, name: str) -> SparseMatrix:
-    """Return one triangle and its mirror image, without the zeros. The arrays may be used up.
+    """Return one triangle and its mirror image, without the zeros. The values may be used up.
 
     Raises ExportError for an entry given twice.
     """
-    np.multiply(values, 0.5, out=values, where=rows == columns)
+    values[np.flatnonzero(rows == columns)] *= 0.5
     triangle = _of_ordered(rows, columns, values, size)
     if triangle is None:
         triangle = _of_ordered(columns, rows, values, size)  # as good: the other triangle
     if triangle is None:
         triangle = _of_disordered(rows, columns, values, size, name)
-    _drop_zeros(triangle)
-    return sparse.csr_array(triangle + triangle.T.tocsr())
+    if not triangle.data.all():
+        triangle.indices = triangle.indices.copy()
+        triangle.eliminate_zeros()
+    whole = sparse.csr_array(triangle + triangle.T.tocsr())
+    whole.has_canonical_format = True  # so nobody needs to look
+    return whole
 
 
 def _has_both_triangles(matrix: SparseMatrix) -> bool:
@@ -100,7 +104,7 @@ def _assembled(rows: IntArray, columns: IntArray, values: FloatArray, size: int,
 
 
 def _drop_zeros(matrix: SparseMatrix) -> None:
-    if np.count_nonzero(matrix.data) < matrix.nnz:
+    if not matrix.data.all():
         matrix.eliminate_zeros()
 
 

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fem_import.errors import ExportError
-from fem_import.readers.regular_text import Bytes, IntArray, regular_column, regular_triplets
+from fem_import.readers.long_text import LongText
+from fem_import.readers.regular_text import IntArray, regular_column, regular_triplets
 
 _LINE = np.dtype([("row", np.int64), ("column", np.int64), ("value", np.float64)])
 _MANTISSA = re.compile(rb"[+-]?(\d*)\.?(\d*)")
@@ -29,13 +30,13 @@ class Triplets:
     digits: int
 
 
-def parse_triplets(content: Bytes, name: str) -> Triplets:
-    """Parse base-1 lines "row column value"; `name` is the file's in messages.
+def parse_triplets(content: LongText, name: str, n_lines: int | None = None) -> Triplets:
+    """Parse base-1 lines "row column value"; `name` is the file's in messages, n_lines how many there should be.
 
     Raises ExportError where a line is none, or is cut.
     """
     refuse_cut_text(content, name)
-    rows, columns, values = regular_triplets(content) or _parse_any(content, name)
+    rows, columns, values = regular_triplets(content, n_lines) or _parse_any(content, name)
     refuse_not_finite(values, name)
     return Triplets(rows, columns, values, printed_digits(content))
 
@@ -48,9 +49,9 @@ def refuse_not_finite(values: NDArray[np.float64], name: str) -> None:
         raise ExportError(f"{name}, entry {entry + 1}: {values[entry]} is not a finite number. Is the file damaged?")
 
 
-def refuse_cut_text(content: Bytes, name: str) -> None:
+def refuse_cut_text(content: bytes | LongText, name: str) -> None:
     """Raise ExportError if a text file is empty or does not end with a line's end."""
-    end = bytes(content[-60:])
+    end = content[-60:]
     if not end or (end.isspace() and bytes(content).isspace()):
         raise ExportError(f"{name} is empty: the export broke off. Export it again.")
     if not end.endswith(b"\n"):
@@ -61,7 +62,7 @@ def refuse_cut_text(content: Bytes, name: str) -> None:
         )
 
 
-def parse_numbers(content: Bytes, count: int, what: str) -> NDArray[np.float64]:
+def parse_numbers(content: LongText, count: int, what: str) -> NDArray[np.float64]:
     """Parse `count` numbers parted by blanks; Fortran's D exponents are taken."""
     values = regular_column(content)
     if values is None:
@@ -83,7 +84,7 @@ def _parse_any_numbers(text: bytes, what: str) -> NDArray[np.float64]:
         raise ExportError(f"{what}: {_first_wrong_word(text)!r} is not a number. Is the file damaged?") from None
 
 
-def parse_whole_numbers(content: Bytes, count: int, what: str) -> NDArray[np.int64]:
+def parse_whole_numbers(content: LongText, count: int, what: str) -> NDArray[np.int64]:
     """Parse `count` whole numbers parted by blanks."""
     values = parse_numbers(content, count, what)
     fractional = (values != np.floor(values)) | (abs(values) > 2**53)
@@ -92,10 +93,10 @@ def parse_whole_numbers(content: Bytes, count: int, what: str) -> NDArray[np.int
     return values.astype(np.int64)
 
 
-def printed_digits(content: Bytes) -> int:
+def printed_digits(content: bytes | LongText) -> int:
     """Return the most significant digits printed in the last word of the first lines; 0.000 shows none."""
     digits = 0
-    stream = io.BytesIO(bytes(content[: 100 * _SAMPLE_LINES]))
+    stream = io.BytesIO(content[: 100 * _SAMPLE_LINES])
     for line in itertools.islice(stream, _SAMPLE_LINES):
         words = line.split()
         match = _MANTISSA.match(words[-1]) if words and line.endswith(b"\n") else None
@@ -113,7 +114,7 @@ def _first_wrong_word(text: bytes) -> str:
     return ""
 
 
-def _parse_any(content: Bytes, name: str) -> tuple[IntArray, IntArray, NDArray[np.float64]]:
+def _parse_any(content: LongText, name: str) -> tuple[IntArray, IntArray, NDArray[np.float64]]:
     try:
         table = np.loadtxt(io.BytesIO(bytes(content)), dtype=_LINE, comments=None, ndmin=1, encoding="latin-1")
     except (ValueError, OverflowError) as error:

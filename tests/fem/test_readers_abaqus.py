@@ -14,6 +14,7 @@ from scipy import sparse
 import fem_import as fi
 from fem_import.readers.abaqus import _parsed_table
 from fem_import.readers.abaqus_deck import read_abaqus_deck
+from fem_import.readers.long_text import LongText
 
 BLOCK = brick_block((3, 1, 2), (0.03, 0.01, 0.02))
 LAYOUTS = ["MATRIX INPUT", "LABELS", "COORDINATE"]
@@ -393,7 +394,7 @@ def test_damage_of_a_substructure_never_gives_another_exception(substructure):
     ],
 )
 def test_separators_and_blanks_do_not_matter(lines):
-    table = _parsed_table(lines.encode(), "x.mtx")
+    table = _parsed_table(LongText(lines.encode()), "x.mtx")
     assert table.is_labelled
     np.testing.assert_array_equal(table.rows, [1203, 701])
     np.testing.assert_array_equal(table.columns, [4501, 701])

@@ -7,12 +7,8 @@ import numpy as np
 import pytest
 
 from fem_import.readers.fixed_layout import FixedLayout
-from fem_import.readers.regular_text import (
-    BLOCK,
-    regular_column,
-    regular_labelled_triplets,
-    regular_triplets,
-)
+from fem_import.readers.long_text import BLOCK, LongText
+from fem_import.readers.regular_text import regular_column, regular_labelled_triplets, regular_triplets
 
 NUMBER = re.compile(rb"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?$")
 LAYOUTS = ["{} {} {:.6e}", "{} {} {:20.13e}", "{:9d}{:9d} {:24.16E}", "{} {} {!r}", "{}\t{}\t{:.16g}", "{} {} {:.4f}\r"]
@@ -46,7 +42,7 @@ def test_whole_texts_are_taken_as_they_are(layout):
     text = written(random.Random(1), layout, 3000)
     assert len(text) > BLOCK / 3
     text = text * (1 + BLOCK // len(text)) * 2  # several blocks, cut at any place of a line
-    found = regular_triplets(text)
+    found = regular_triplets(LongText(text))
     assert found is not None
     for ours, theirs, first in zip(found, strict(text), (1, 1, 0), strict=True):
         np.testing.assert_array_equal(ours, theirs - first)
@@ -71,8 +67,8 @@ def test_damaged_texts_are_none_or_what_a_strict_reading_gives(layout):
             else:
                 text[at:at] = text[max(at - 30, 0) : at]
             text = text or bytearray(b"\n")
-        regular_column(bytes(text))
-        found = regular_triplets(bytes(text))
+        regular_column(LongText(bytes(text)))
+        found = regular_triplets(LongText(bytes(text)))
         if found is None:
             continue
         taken += 1
@@ -95,7 +91,7 @@ def test_every_value_is_that_of_float_bit_for_bit(layout, mark):
     expected = np.array([float(word) for word in words])
     finite = np.isfinite(expected)  # few digits round the largest up to infinity
     text = "".join(word + "\n" for word, kept in zip(words, finite, strict=True) if kept)
-    found = regular_column(text.replace("e", mark).replace("E", mark).encode())
+    found = regular_column(LongText(text.replace("e", mark).replace("E", mark).encode()))
     np.testing.assert_array_equal(found.view(np.int64), expected[finite].view(np.int64))
 
 
@@ -162,7 +158,7 @@ def test_pairs_of_node_and_dof(separators):
     ]
     a, b, c = separators[:1], separators[1:-1] if separators.strip() else "   ", " "
     text = "".join(f"{i}{a}{d}{b}{j}{a}{e}{c}{v:.16e}\n" for i, d, j, e, v in rows).encode()
-    found = regular_labelled_triplets(text)
+    found = regular_labelled_triplets(LongText(text))
     expected = np.array(rows)
     np.testing.assert_array_equal(found[0], 100 * expected[:, 0] + expected[:, 1])
     np.testing.assert_array_equal(found[1], 100 * expected[:, 2] + expected[:, 3])
@@ -182,7 +178,15 @@ def test_pairs_of_node_and_dof(separators):
     ],
 )
 def test_other_pairs_are_left_to_the_slower_parser(line):
-    assert regular_labelled_triplets(f"1,1, 1,1, 2.5\n{line}\n3,1, 3,1, 1.5\n".encode()) is None
+    text = f"1,1, 1,1, 2.5\n{line}\n3,1, 3,1, 1.5\n".encode()
+    assert regular_labelled_triplets(LongText(text)) is None
+
+
+@pytest.mark.parametrize("wrong", [-1, 0, 1, 2, 4, 1000, 10**14])
+def test_a_wrong_number_of_lines_is_noticed_before_memory_is_taken_for_it(wrong):
+    text = LongText(b"1 1 1.5\n2 1 2.5\n2 2 3.5\n")
+    assert regular_triplets(text, wrong) is None
+    assert regular_triplets(text, 3)[2].tolist() == [1.5, 2.5, 3.5]
 
 
 def test_texts_that_crash_the_parser_never_reach_it():
@@ -195,5 +199,5 @@ def test_texts_that_crash_the_parser_never_reach_it():
         b" \n \n",
         b"1 1 1.0\n" + b"1" * (2 * BLOCK) + b"\n",
     ):
-        assert regular_triplets(text) is None
-        assert regular_column(text) is None
+        assert regular_triplets(LongText(text)) is None
+        assert regular_column(LongText(text)) is None
