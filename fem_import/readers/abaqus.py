@@ -5,9 +5,10 @@ from __future__ import annotations
 import io
 import os
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeAlias
+from typing import NoReturn, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +25,7 @@ from fem_import.readers.packed_file import bare_suffix, first_bytes
 from fem_import.readers.regular_text import IntArray, regular_labelled_triplets
 from fem_import.readers.triangles import full_symmetric
 from fem_import.readers.triplets import parse_triplets, printed_digits, refuse_cut_text, refuse_not_finite
-from fem_import.threads import side_by_side
+from fem_import.threads import one_behind_another
 from fem_import.units import required_units
 
 PathLike: TypeAlias = "str | os.PathLike[str]"
@@ -76,7 +77,9 @@ def read_abaqus(
     stiffness = _stiffness_of_job(given) if bare_suffix(given) == ".inp" else given
     deck_path = given if deck is None and given != stiffness else Path(deck) if deck is not None else None
     required_units(units, stiffness.name)
-    if is_substructure(first_bytes(stiffness, 4096)):
+    head = first_bytes(stiffness, 4096)
+    _refuse_single_elements(head.partition(b"\n")[0], stiffness.name)
+    if is_substructure(head):
         raise ExportError(
             f"{stiffness.name} is a substructure, already reduced. Name its retained nodes and it becomes a "
             "ReducedBody: fi.read(path, units=..., interfaces={'base': node label, ...}), or "
@@ -84,10 +87,10 @@ def read_abaqus(
         )
     mass_path = Path(mass) if mass is not None else mass_beside(stiffness, _MASS_NAMES, _HOW_TO_EXPORT)
     paths = [stiffness, mass_path] + ([Path(damping)] if damping is not None else [])
-    tables = [_parsed_table(content, item.name) for item, content in zip(paths, texts_of(*paths), strict=True)]
+    texts = texts_of(*paths)
     deck_path = _deck_beside(stiffness) if deck_path is None else deck_path
     nodes = read_abaqus_deck(deck_path)
-    matrices = _matrices(tables, [item.name for item in paths], nodes, deck_path.name).without_penalties()
+    matrices = _matrices(paths, texts, nodes, deck_path.name).without_penalties()
     return matrices.model(nodes, str(units), f"Abaqus {stiffness.name}")
 
 
@@ -127,11 +130,7 @@ def _parsed_table(content: LongText, name: str) -> _Table:
     refuse_cut_text(content, name)
     line = content.line_at(0)
     comma = b"," in line
-    if len(line.replace(b",", b" ").split()) == 6:
-        raise ExportError(
-            f"{name} has six numbers a line: matrices of single elements, not assembled. Export with *MATRIX GENERATE, "
-            "STIFFNESS, MASS without ELEMENT BY ELEMENT."
-        )
+    _refuse_single_elements(line, name)
     if len(line.replace(b",", b" ").split()) == 3:
         text = LongText(bytes(content).translate(bytes.maketrans(b",", b" "))) if comma else content
         triplets = parse_triplets(text, name)
@@ -147,10 +146,16 @@ def _parsed_table(content: LongText, name: str) -> _Table:
         values = np.ascontiguousarray(table["value"])
     else:
         rows, columns, values = found
-        for pairs in (rows, columns):
-            _refuse_other_dofs(pairs - pairs // 100 * 100, name)  # the remainder, four times faster
     refuse_not_finite(values, name)
     return _Table(rows, columns, True, values, printed_digits(content))
+
+
+def _refuse_single_elements(line: bytes, name: str) -> None:
+    if len(line.replace(b",", b" ").split()) == 6:
+        raise ExportError(
+            f"{name} has six numbers a line: matrices of single elements, not assembled. Export with *MATRIX GENERATE, "
+            "STIFFNESS, MASS without ELEMENT BY ELEMENT."
+        )
 
 
 def _refuse_other_dofs(dofs: IntArray, name: str) -> None:
@@ -181,30 +186,91 @@ def _loaded(content: LongText, comma: bool, name: str) -> NDArray[np.void]:
         ) from None
 
 
-def _matrices(tables: list[_Table], names: list[str], nodes: Nodes, deck_name: str) -> LabelledMatrices:
-    if len({table.is_labelled for table in tables}) > 1:
-        raise ExportError(f"{' and '.join(names)} are in different formats (with and without node labels).")
-    if not tables[0].is_labelled:
-        dofs = _dofs_by_row_number(tables[0], names[0], nodes, deck_name)
-        places = [(table.rows, table.columns) for table in tables]
-    else:
-        dofs, places = _places_of_labels(tables)
-        _refuse_renumbered(dofs[:, 0], nodes, names[0], deck_name)
-    full = side_by_side(
-        lambda given: full_symmetric(*given[0], given[1].values, len(dofs), given[2], "either"),
-        zip(places, tables, names, strict=True),
-    )
+@dataclass(frozen=True, eq=False)
+class _Rows:
+    """The DoF (n, 2) of the rows, and where they were labelled, sorted labels and a table of their places if dense."""
+
+    dofs: NDArray[np.int64]
+    labels: IntArray | None = None
+    places: IntArray | None = None
+    lowest: int = 0
+
+    @classmethod
+    def of_labels(cls, stiffness: _Table) -> _Rows:
+        """Return those on the diagonal of the stiffness: each DoF has one."""
+        labels = np.unique(stiffness.rows[stiffness.rows == stiffness.columns]).astype(np.int64)
+        if not len(labels):
+            labels = np.unique(stiffness.rows[:1]).astype(np.int64)
+        dofs = np.column_stack([labels // 100, labels % 100])
+        lowest, span = int(labels[0]), int(labels[-1]) - int(labels[0]) + 1
+        if span > 100 * len(stiffness.rows):
+            return cls(dofs, labels)
+        places = np.full(span, -1, dtype=np.int32)
+        places[labels - lowest] = np.arange(len(labels), dtype=np.int32)
+        return cls(dofs, labels, places, lowest)
+
+    def numbers(self, labels: IntArray, stiffness: str) -> IntArray:
+        """Return the row of each label; raise ExportError for one without."""
+        if self.labels is None:
+            return labels
+        if self.places is None:
+            found: IntArray = np.searchsorted(self.labels, labels).clip(max=len(self.labels) - 1)
+            unknown = self.labels[found] != labels
+        else:
+            places = labels - self.lowest
+            found = self.places.take(places, mode="clip")  # the ends are there, so what is beyond them is not
+            unknown = (found < 0) | (places < 0) | (places >= len(self.places))
+        for entry in np.flatnonzero(unknown)[:1]:
+            node, direction = divmod(int(labels[entry]), 100)
+            _refuse_no_diagonal(stiffness, node, direction)
+        return found
+
+
+def _matrices(paths: list[Path], texts: Iterator[LongText], nodes: Nodes, deck_name: str) -> LabelledMatrices:
+    names = [path.name for path in paths]
+    digits: list[int] = []
+    rows: list[_Rows] = []
+
+    def parsed(given: tuple[str, LongText]) -> tuple[str, _Table]:
+        name, text = given
+        table = _parsed_table(text, name)
+        if not rows:
+            if table.is_labelled:
+                rows.append(_Rows.of_labels(table))
+                _refuse_renumbered(rows[0].dofs[:, 0], nodes, name, deck_name)
+            else:
+                rows.append(_Rows(_dofs_by_row_number(table, name, nodes, deck_name)))
+        if table.is_labelled != (rows[0].labels is not None):
+            raise ExportError(f"{names[0]} and {name} are in different formats (with and without node labels).")
+        digits.append(table.digits)
+        return name, table
+
+    def assembled(given: tuple[str, _Table]) -> tuple[sparse.csr_array, bool]:
+        name, table = given
+        first, second = (rows[0].numbers(labels, names[0]) for labels in (table.rows, table.columns))
+        return full_symmetric(first, second, table.values, len(rows[0].dofs), name, "either")
+
+    made = one_behind_another(parsed, assembled, zip(names, texts, strict=True))
+    full, dofs = [matrix for matrix, _ in made], rows[0].dofs
     for row in np.flatnonzero(full[0].diagonal() == 0.0)[:1]:
-        raise ExportError(
-            f"{names[0]} has nothing on the diagonal of node {dofs[row, 0]}, DoF {dofs[row, 1]}: the file is "
-            "truncated, or "
-            "the mass is of another run. Export again."
-        )
+        _refuse_no_diagonal(names[0], *dofs[row])
     _warn_of_massless_end(full[1], dofs, names[1])
     matrices = LabelledMatrices(
-        full[0], full[1], full[2] if len(full) > 2 else None, dofs, min(table.digits for table in tables)
+        K=full[0],
+        M=full[1],
+        C=full[2] if len(full) > 2 else None,
+        dofs=dofs,
+        digits=min(digits),
+        of_one_triangle=all(of_one for _, of_one in made),
     )
     return _condensed(matrices, names[0])
+
+
+def _refuse_no_diagonal(name: str, node: int, direction: int) -> NoReturn:
+    raise ExportError(
+        f"{name} has nothing on the diagonal of node {node}, DoF {direction}: the file is truncated, or the mass is of "
+        "another run. Export again."
+    )
 
 
 def _dofs_by_row_number(table: _Table, name: str, nodes: Nodes, deck_name: str) -> NDArray[np.int64]:
@@ -219,29 +285,6 @@ def _dofs_by_row_number(table: _Table, name: str, nodes: Nodes, deck_name: str) 
             "DoF each. Export with *MATRIX OUTPUT, STIFFNESS, MASS, FORMAT=LABELS."
         )
     return np.column_stack([np.repeat(np.arange(1, n_nodes + 1), each), np.tile(np.arange(1, each + 1), n_nodes)])
-
-
-def _places_of_labels(tables: list[_Table]) -> tuple[NDArray[np.int64], list[tuple[IntArray, IntArray]]]:
-    """Return the DoF table, sorted by node and direction, and the row and column numbers of each file."""
-    found, numbers = _numbered([pairs for table in tables for pairs in (table.rows, table.columns)])
-    dofs = np.column_stack([found // 100, found % 100])
-    return dofs, list(zip(numbers[::2], numbers[1::2], strict=True))
-
-
-def _numbered(keys: list[IntArray]) -> tuple[NDArray[np.int64], list[IntArray]]:
-    """Return the keys that occur, in order, and each array as places in it.
-
-    Where they are dense, a table does it, ten times faster than sorting.
-    """
-    lowest, highest = min(int(part.min()) for part in keys), max(int(part.max()) for part in keys)
-    if highest - lowest > 100 * sum(map(len, keys)):
-        found = np.unique(np.concatenate(keys)).astype(np.int64)
-        return found, [np.searchsorted(found, part) for part in keys]
-    flags = np.zeros(highest - lowest + 1, dtype=bool)
-    for part in keys:
-        flags[part - lowest] = True
-    places = np.cumsum(flags, dtype=np.int32) - np.int32(1)
-    return np.flatnonzero(flags) + lowest, side_by_side(lambda part: places.take(part - lowest), keys)
 
 
 def _refuse_renumbered(labels: IntArray, nodes: Nodes, name: str, deck_name: str) -> None:

@@ -126,7 +126,7 @@ def _matrix(file: _Records, header: IntArray, place: _MatrixPlace, size: int) ->
     if not np.all(np.isfinite(entries)):
         file.refuse(f"the {place.name} matrix has a value that is not finite")
     rows = np.repeat(np.arange(size, dtype=np.int64), lengths)
-    return full_symmetric(
+    matrix, _ = full_symmetric(
         rows,
         np.concatenate(columns).astype(np.int64) - 1,
         entries,
@@ -134,6 +134,7 @@ def _matrix(file: _Records, header: IntArray, place: _MatrixPlace, size: int) ->
         f"{file.name}, {place.name}",
         "one triangle",
     )
+    return matrix
 
 
 def _joined(header: IntArray, places: tuple[int, int]) -> int:

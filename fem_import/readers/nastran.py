@@ -297,7 +297,7 @@ class _Files:
                 part if keys is None else np.searchsorted(keys, part).astype(np.int64)
                 for part in (one.rows, one.columns)
             )
-            return full_symmetric(rows, columns, one.values, len(dofs), f"{self._source}, {one.name}", "either")
+            return full_symmetric(rows, columns, one.values, len(dofs), f"{self._source}, {one.name}", "either")[0]
 
         stiffness, mass = full("K"), full("M")
         if stiffness is None or mass is None:

@@ -38,5 +38,7 @@ class PrintedEntries:
 
     def assembled(self) -> PrintedMatrix:
         """Return the full matrix; the entries are used up. Raises ExportError as `full_symmetric` does."""
-        matrix = full_symmetric(self.rows, self.columns, self.values, self.size, self.name, self.written)
-        return PrintedMatrix(matrix, self.digits, self.written == "one triangle")
+        matrix, of_one_triangle = full_symmetric(
+            self.rows, self.columns, self.values, self.size, self.name, self.written
+        )
+        return PrintedMatrix(matrix, self.digits, of_one_triangle)

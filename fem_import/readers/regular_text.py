@@ -61,7 +61,7 @@ def regular_triplets(text: LongText, n_lines: int | None = None) -> tuple[IntArr
 def regular_labelled_triplets(text: LongText) -> tuple[IntArray, IntArray, FloatArray] | None:
     """Return rows, columns and values of lines "node, dof, node, dof, value"; None where they are not regular.
 
-    Rows and columns are 100 node + dof, dof of one digit. One comma or blank parts a pair, any number of them what
+    Rows and columns are 100 node + dof, dof 1..6. One comma or blank parts a pair, any number of them what
     lies between.
     """
     n_lines = text.count_lines()
@@ -214,12 +214,15 @@ class _PairedText(_CheckedText):
             return b""
         result: NDArray[np.uint8] = np.frombuffer(text, np.uint8).copy()
         is_comma = result == ord(",")
-        result -= is_comma.view(np.uint8) * np.uint8(ord(",") - ord(" "))
+        if is_comma.any():
+            result -= is_comma.view(np.uint8) * np.uint8(ord(",") - ord(" "))
         for column in (1, 3):
             dofs = np.ascontiguousarray(self._words[:, column])
-            # One character parts each pair, on one line, and the second of it is one digit.
-            is_single = are_digits(result.take(dofs - 2)) & ~are_digits(result.take(dofs + 1))
-            if not np.all(is_single & (result.take(dofs - 1) != _NEWLINE)):
+            # One character parts each pair, on one line, and the second of it is a displacement or a rotation.
+            is_pair = are_digits(result.take(dofs - 2)) & ~are_digits(result.take(dofs + 1))
+            is_pair &= result.take(dofs - 1) != _NEWLINE
+            is_pair &= result.take(dofs) - ord("1") <= 5  # what is below "1" wraps round
+            if not is_pair.all():
                 self.is_clean = False
                 return b""
             result[dofs - 1] = ord("0")

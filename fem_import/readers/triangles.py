@@ -26,10 +26,11 @@ def full_symmetric(
     size: int,
     name: str,
     written: Written,
-) -> SparseMatrix:
-    """Return (size, size) with both triangles, without the printed zeros. The arrays may be used up.
+) -> tuple[SparseMatrix, bool]:
+    """Return (size, size) with both triangles, without the printed zeros, and whether one triangle was given.
 
-    rows, columns: base 0. "one triangle": each pair once, in either order; "either": told by the entries.
+    rows, columns: base 0. "one triangle": each pair once, in either order; "either": told by the entries. The arrays
+    may be used up.
     Raises ExportError for entries outside, given twice, or of both triangles where one was declared.
     """
     refuse_outside(rows, columns, size, name)
@@ -38,15 +39,15 @@ def full_symmetric(
         if lower != upper:
             given = "lower" if lower else "upper"
             raise ExportError(f"{name} is declared with both triangles and holds only the {given} one. Damaged?")
-        return _assembled(rows, columns, values, size, name)
+        return _assembled(rows, columns, values, size, name), False
     if not (lower and upper):
-        return mirrored(rows, columns, values, size, name)
+        return mirrored(rows, columns, values, size, name), True
     if written == "either":
         matrix = _assembled(rows, columns, values, size, name)
         if _has_both_triangles(matrix):
-            return matrix  # FEModel refuses what has no mirror image
+            return matrix, False  # FEModel refuses what has no mirror image
     first, second = np.minimum(rows, columns), np.maximum(rows, columns)
-    return mirrored(first, second, values, size, name)
+    return mirrored(first, second, values, size, name), True
 
 
 def refuse_outside(rows: IntArray, columns: IntArray, size: int, name: str, table: str = "the DoF table") -> None:
