@@ -20,7 +20,7 @@ import numpy as np
 from parts import DENSITY, POISSON, YOUNG, Part, block, flexure
 
 import fem_import as fi
-from fem_import import factorization, interior
+from fem_import import factorization, interior, mkl
 from fem_import.sparse_blocks import RowParallel
 
 BLOCKS = {"3e4": (12, 10, 9), "1e5": (19, 15, 13), "3e5": (27, 23, 19), "1e6": (40, 33, 28)}
@@ -82,7 +82,7 @@ def ours(part: Part) -> dict[str, Any]:
     imported = time.perf_counter() - start
     del K, M
     watch = Stopwatch()
-    factor_class = factorization.PardisoFactor if factorization.pardiso.is_available() else factorization.SuperLUFactor
+    factor_class = factorization.PardisoFactor if mkl.is_available() else factorization.SuperLUFactor
     targets = [
         ("ordering", interior, "elimination_order"),
         ("factor", factor_class, "__init__"),

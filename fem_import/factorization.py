@@ -14,7 +14,7 @@ import scipy
 from numpy.typing import NDArray
 from scipy import sparse
 
-from fem_import import ordering, pardiso
+from fem_import import mkl, ordering, pardiso
 from fem_import.errors import ReductionError
 from fem_import.memory import physical_memory
 from fem_import.mixed_precision import MixedPrecisionFactor
@@ -83,7 +83,7 @@ def factorize(
         raise ReductionError(f"{what} is not positive definite: {diagonal.min():.3g} on its diagonal.")
     factor: PardisoFactor | MixedPrecisionFactor | SuperLUFactor
     try:
-        factor = _by_pardiso(upper, order, definite) if pardiso.is_available() else SuperLUFactor(upper, order)
+        factor = _by_pardiso(upper, order, definite) if mkl.is_available() else SuperLUFactor(upper, order)
     except FactorTooLargeError as error:
         raise ReductionError(
             f"{what} ({size} DoF) does not fit into memory when factored, even in single precision: "
@@ -118,15 +118,15 @@ def _by_pardiso(upper: SparseMatrix, order: IntArray | None, definite: bool) -> 
 
 
 def _name(has_order: bool) -> str:
-    if pardiso.is_available():
+    if mkl.is_available():
         order = "METIS on nodes" if has_order else "its own METIS"
-        return f"PARDISO (MKL {pardiso.version()}), {order}"
+        return f"PARDISO (MKL {mkl.version()}), {order}"
     order = "METIS on nodes" if has_order else "MMD_AT_PLUS_A (pymetis is not installed)"
     return f"SuperLU (scipy {scipy.__version__}), {order}; MKL is not installed"
 
 
 def _order_of_rows(matrix: SparseMatrix) -> IntArray | None:
-    if pardiso.is_available():
+    if mkl.is_available():
         return None  # PARDISO orders rows by a METIS of its own
     rows = np.arange(matrix.shape[0])
     return ordering.elimination_order(ordering.node_graph(matrix, rows), rows)

@@ -1,18 +1,12 @@
 """PARDISO of Intel's Math Kernel Library, called directly.
 
-The `mkl` wheel has the library and no Python interface. Calling it ourselves keeps the factor between solves,
-hands over the matrix without copying or comparing it, and uses the symmetric matrix types.
+Calling it ourselves keeps the factor between solves, hands over the matrix without copying or comparing it, and uses
+the symmetric matrix types.
 """
 
 from __future__ import annotations
 
-import contextlib
 import ctypes
-import functools
-import glob
-import importlib.metadata
-import os
-import sys
 import weakref
 from collections.abc import Sequence
 from typing import Any, Final, TypeAlias
@@ -21,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from fem_import import mkl
 from fem_import.errors import ReductionError
 from fem_import.tall_blocks import in_columns
 
@@ -148,7 +143,7 @@ class PardisoFactor:
 
     def _start(self, upper: SparseMatrix, order: IntArray | None, integer: np.dtype[Any]) -> None:
         self._integer = integer
-        self._routine = _library().pardiso_64 if integer.itemsize == 8 else _library().pardiso
+        self._routine = mkl.library().pardiso_64 if integer.itemsize == 8 else mkl.library().pardiso
         rows, columns = (indices.astype(integer, copy=False) for indices in (upper.indptr, upper.indices))
         turn = np.zeros(self._size, integer) if order is None else order.astype(integer)
         self._matrix = [upper.data, rows, columns, turn]
@@ -182,67 +177,6 @@ class PardisoFactor:
             )
         if code:
             raise PardisoError(code)
-
-
-def is_available() -> bool:
-    """Tell whether the library is installed and loads."""
-    return _library() is not None
-
-
-@functools.cache
-def version() -> str:
-    """Return the version of the library, such as "2025.2"."""
-    text = ctypes.create_string_buffer(200)
-    _library().mkl_get_version_string(text, 200)
-    words = text.value.decode(errors="replace").split()
-    return (
-        words[words.index("Version") + 1].removesuffix("-Product") if "Version" in words[:-1] else "of unknown version"
-    )
-
-
-def n_threads() -> int:
-    """Return how many threads the library uses: MKL_NUM_THREADS, OMP_NUM_THREADS or the cores it may run on."""
-    return int(_library().mkl_get_max_threads())
-
-
-@functools.cache
-def _library() -> Any:
-    for path in _candidates():
-        try:
-            library = ctypes.CDLL(path)
-        except OSError:
-            continue
-        if hasattr(library, "pardiso") and hasattr(library, "pardiso_64"):
-            _let_idle_threads_sleep(os.path.dirname(path))
-            return library
-    return None
-
-
-def _let_idle_threads_sleep(folder: str) -> None:
-    """Stop MKL's threads from spinning 0.2 s after each call, which slows what numpy does next by up to half."""
-    if "KMP_BLOCKTIME" in os.environ:
-        return
-    for name in ("libiomp5.so", "libiomp5md.dll"):
-        with contextlib.suppress(OSError, AttributeError):
-            ctypes.CDLL(os.path.join(folder, name)).kmp_set_blocktime(0)
-
-
-def _candidates() -> list[str]:
-    """Return where the library may be: the files of the `mkl` wheel, else the folders of this environment."""
-    is_windows = sys.platform == "win32"
-    start = "mkl_rt" if is_windows else "libmkl_rt"
-    try:
-        files = importlib.metadata.files("mkl") or []
-    except importlib.metadata.PackageNotFoundError:
-        files = []
-    found = [os.fspath(file.locate()) for file in files if file.name.startswith(start) and _is_shared(file.name)]
-    folder = os.path.join(sys.prefix, "Library", "bin") if is_windows else os.path.join(sys.prefix, "lib")
-    found += [path for path in sorted(glob.glob(os.path.join(folder, f"{start}*"))) if _is_shared(path)]
-    return [os.path.realpath(path) for path in found if os.path.isfile(path)]
-
-
-def _is_shared(name: str) -> bool:
-    return name.endswith(".dll") or ".so" in os.path.basename(name)
 
 
 def _run(

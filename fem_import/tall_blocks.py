@@ -1,7 +1,7 @@
-"""Products of tall, narrow blocks on all cores, a range of rows on each.
+"""Products of tall, narrow blocks on all cores: by MKL, else by NumPy with a range of rows on each core.
 
 Memory limits them, not arithmetic: a BLAS that splits the few columns among its threads gains nothing. To be called
-with BLAS on one thread (`threads.one_blas_thread`).
+with NumPy's BLAS on one thread (`threads.one_blas_thread`).
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from typing import Literal, TypeAlias, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from fem_import import mkl
 from fem_import.threads import n_threads, side_by_side
 
 FloatArray: TypeAlias = NDArray[np.float64]
@@ -24,6 +25,9 @@ _ROWS_AT_ONCE = 4096  # the narrow block's share then stays in the cache while t
 
 def inner(first: FloatArray, second: FloatArray) -> FloatArray:
     """Return first^T second (k, m) of blocks (n, k) and (n, m)."""
+    whole = np.empty((first.shape[1], second.shape[1]))
+    if mkl.add_product(whole, first.T, second, 1.0, 0.0):
+        return whole
 
     def partial(start: int, end: int) -> FloatArray:
         total = np.zeros((second.shape[1], first.shape[1]))
@@ -41,6 +45,8 @@ def inner(first: FloatArray, second: FloatArray) -> FloatArray:
 def combine(block: FloatArray, coefficients: FloatArray, out: FloatArray | None = None) -> FloatArray:
     """Return block @ coefficients (n, m); written to `out` where it is given, which may be the block itself."""
     product = np.empty((len(block), coefficients.shape[1])) if out is None else out
+    if out is not block and mkl.add_product(product, block, coefficients, 1.0, 0.0):
+        return product
 
     def some(start: int, end: int) -> None:
         for row in range(start, end, _ROWS_AT_ONCE):
@@ -53,6 +59,8 @@ def combine(block: FloatArray, coefficients: FloatArray, out: FloatArray | None 
 
 def subtract(target: FloatArray, block: FloatArray, coefficients: FloatArray) -> None:
     """Take block @ coefficients from the target (n, m), in place."""
+    if mkl.add_product(target, block, coefficients, -1.0, 1.0):
+        return
 
     def some(start: int, end: int) -> None:
         for row in range(start, end, _ROWS_AT_ONCE):

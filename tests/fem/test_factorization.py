@@ -10,7 +10,7 @@ from scipy import sparse
 from scipy.linalg import eigh
 
 import fem_import as fi
-from fem_import import factorization, ordering, pardiso
+from fem_import import factorization, mkl, ordering, pardiso
 from fem_import.factorization import factorize
 from fem_import.sparse_blocks import RowParallel, absolute_product, principal_submatrix
 from fem_import.threads import one_blas_thread
@@ -28,10 +28,10 @@ def flexure():
 @pytest.fixture(params=SOLVERS)
 def solver(request, monkeypatch):
     """Each solver a platform may have, by hiding the wheels it has not."""
-    if request.param.startswith("pardiso") and not pardiso.is_available():
+    if request.param.startswith("pardiso") and not mkl.is_available():
         pytest.skip("the mkl wheel is not installed")
     if request.param.startswith("superlu"):
-        monkeypatch.setattr(pardiso, "is_available", lambda: False)
+        monkeypatch.setattr(mkl, "is_available", lambda: False)
     if "single" in request.param:
         monkeypatch.setattr(factorization, "_SHARE_IN_DOUBLE", 0.0)
     if "without" in request.param:
@@ -114,14 +114,14 @@ def test_singular_and_indefinite_matrices_are_refused(solver, held_eigenvalues):
             factorize(indefinite)
 
 
-@pytest.mark.skipif(not pardiso.is_available(), reason="the mkl wheel is not installed")
+@pytest.mark.skipif(not mkl.is_available(), reason="the mkl wheel is not installed")
 def test_a_part_that_does_not_fit_is_refused_with_both_sizes(flexure, monkeypatch):
     monkeypatch.setattr(factorization, "physical_memory", lambda: 1e5)
     with pytest.raises(fi.ReductionError, match=r"even in single precision: 0\.00\d+ GB of 0\.0001 GB"):
         fi.reduce(flexure, ENDS, 60e3)
 
 
-@pytest.mark.skipif(not pardiso.is_available(), reason="the mkl wheel is not installed")
+@pytest.mark.skipif(not mkl.is_available(), reason="the mkl wheel is not installed")
 def test_a_slender_part_too_ill_conditioned_for_single_precision_is_factored_in_double(monkeypatch):
     """Its Cholesky factor breaks down in single precision though the part is whole; 0.7 of the memory is enough."""
     wire = brick_block((200, 1, 1), (1.0, 0.002, 0.002))
@@ -150,7 +150,7 @@ def test_the_memory_of_this_machine_is_known():
     assert 2**28 < factorization.physical_memory() < 2**50
 
 
-@pytest.mark.skipif(not pardiso.is_available(), reason="the mkl wheel is not installed")
+@pytest.mark.skipif(not mkl.is_available(), reason="the mkl wheel is not installed")
 def test_64_bit_indices_solve_the_same(monkeypatch):
     K, _ = held(FLEXURE)
     loads = np.random.default_rng(3).standard_normal((len(K), 12))
