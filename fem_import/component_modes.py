@@ -292,7 +292,8 @@ def _reproducible_axes(modes: FloatArray, eigenvalues: FloatArray) -> FloatArray
         start = end
     for index in range(len(eigenvalues)):
         column = modes[:, index] if axes[index, index] == 1.0 else modes @ axes[:, index]
-        leading = int(np.argmax(abs(column) >= 0.9 * abs(column).max()))
+        size = abs(column)
+        leading = int(np.argmax(size >= 0.9 * size.max()))
         if column[leading] < 0.0:
             axes[:, index] *= -1.0
     return axes

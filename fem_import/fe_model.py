@@ -15,7 +15,7 @@ from fem_import.errors import ExportError, UnknownKeywordError
 from fem_import.export_report import MINIMUM_DIGITS, ExportReport
 from fem_import.keywords import known_keywords
 from fem_import.names import NamedItems
-from fem_import.rigid_motion import MassProperties, mass_properties, rigid_motion_of_dofs
+from fem_import.rigid_motion import MassProperties, mass_properties, rigid_motion_at, rigid_motion_of_dofs
 from fem_import.sparse_blocks import RowParallel, absolute_product
 from fem_import.threads import n_threads, side_by_side
 from fem_import.units import unit_system
@@ -163,10 +163,14 @@ class FEModel:
 
     def report(self) -> ExportReport:
         """Prove the import: mass, CoG, inertia, rigid-body residual, symmetry, digits, findings in words."""
-        properties = self.mass_properties()
-        motion = self.rigid_body_motion(properties.centre_of_mass)
+        origin = self.positions[self.dof_nodes()].mean(axis=0)
+        motion = self.rigid_body_motion(origin)
+        rigid_mass = motion.T @ (RowParallel(self.M) @ motion)
+        properties = mass_properties(rigid_mass, origin)
+        to_centre = rigid_motion_at(origin, properties.centre_of_mass)
         arm = np.sqrt(np.mean(np.sum((self.positions - properties.centre_of_mass) ** 2, axis=1))) or 1.0
-        motion = motion / np.array([1.0, 1.0, 1.0, arm, arm, arm])
+        to_centre /= np.array([1.0, 1.0, 1.0, arm, arm, arm])
+        motion, rigid_mass = motion @ to_centre, to_centre.T @ rigid_mass @ to_centre
         forces = RowParallel(self.K) @ motion
         # Row by row against what cancels in it: a soft leaf beside a stiff block is judged by its own
         # stiffness.
@@ -182,7 +186,7 @@ class FEModel:
             centre_of_mass=properties.centre_of_mass,
             inertia=properties.inertia,
             rigid_body_residual=residual,
-            rigid_body_frequencies=_rayleigh_frequencies(motion.T @ forces, motion.T @ (self.M @ motion)),
+            rigid_body_frequencies=_rayleigh_frequencies(motion.T @ forces, rigid_mass),
             symmetry_residual=self.symmetry_residual,
             digits=self.digits,
             support=support,

@@ -16,6 +16,7 @@ FloatArray: TypeAlias = NDArray[np.float64]
 SparseMatrix: TypeAlias = "sparse.csr_array[Any, tuple[int, int]]"
 
 _ISOTROPY = 1e-9
+_NODES_AT_ONCE = 16384  # of which copies are made
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +40,7 @@ def inertia_integrals(part: FEModel, basis: FloatArray, mass_times_basis: FloatA
     """Integrate over a solid part; None where M is no nodal mass times the identity (beams, lost DoF).
 
     basis, mass_times_basis: (N, n). With M = m kron I the rows of M Psi of direction l are m psi_l, so the
-    mass matrix is not touched again: nine products of (N/3, n) blocks are all.
+    mass matrix is not touched again.
     """
     nodes = part.dof_nodes()
     order = np.lexsort((part.dofs[:, 1], nodes))
@@ -54,16 +55,22 @@ def inertia_integrals(part: FEModel, basis: FloatArray, mass_times_basis: FloatA
         return None
     x = part.positions[nodes[by_axis[0]]]
     mass_x = nodal @ x
-    rows_of: list[slice] | list[NDArray[np.intp]] = [slice(k, None, 3) for k in range(3)] if in_order else list(by_axis)
-    fields = [basis[rows] for rows in rows_of]
-    mass_fields = [mass_times_basis[rows] for rows in rows_of]
+    n = basis.shape[1]
+
+    # Over nodes: 1 and x, and the three fields, times the fields with their mass.
+    moments, flexible = np.zeros((4, 3 * n)), np.zeros((3 * n, 3 * n))
+    for first in range(0, len(x), _NODES_AT_ONCE):
+        nodes_here = slice(first, first + _NODES_AT_ONCE)
+        mass_fields = np.hstack([mass_times_basis[rows[nodes_here]] for rows in by_axis])
+        moments += np.column_stack([np.ones(len(mass_fields)), x[nodes_here]]).T @ mass_fields
+        flexible += inner(np.hstack([basis[rows[nodes_here]] for rows in by_axis]), mass_fields)
     return InertiaIntegrals(
         mass=float(nodal.sum()),
         first_moment=mass_x.sum(axis=0),
         second_moment=x.T @ mass_x,
-        translation=np.array([field.sum(axis=0) for field in mass_fields]),
-        rotation=np.array([[x[:, k] @ mass_fields[axis] for axis in range(3)] for k in range(3)]),
-        flexible=np.array([[inner(fields[k], mass_fields[axis]) for axis in range(3)] for k in range(3)]),
+        translation=moments[0].reshape(3, n),
+        rotation=moments[1:].reshape(3, 3, n),
+        flexible=flexible.reshape(3, n, 3, n).transpose(0, 2, 1, 3).copy(),
     )
 
 

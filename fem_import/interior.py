@@ -15,6 +15,7 @@ from fem_import.fe_model import FEModel
 from fem_import.interfaces import TiedInterface
 from fem_import.ordering import elimination_order, node_graph
 from fem_import.sparse_blocks import RowParallel, absolute_product, principal_submatrix
+from fem_import.threads import side_by_side
 
 FloatArray: TypeAlias = NDArray[np.float64]
 IntArray: TypeAlias = NDArray[np.int64]
@@ -43,12 +44,14 @@ class Interior:
             if interface.tie == "rigid":
                 tied_rigidly[interface.rows] = True
         self.rows: IntArray = np.flatnonzero(~tied_rigidly)
-        self.M: SparseMatrix = principal_submatrix(part.M, self.rows)
+        self.M: SparseMatrix
+        self.M, K = side_by_side(
+            lambda given: principal_submatrix(given[0], self.rows, upper=given[1]), ((part.M, False), (part.K, True))
+        )
         averaged = [interface for interface in interfaces if interface.tie == "average"]
         self._averages = self._average_rows(averaged)
         needs_ground = is_free and not np.any(tied_rigidly)
 
-        K = principal_submatrix(part.K, self.rows, upper=True)
         _, node_of_row = np.unique(part.dof_nodes()[self.rows], return_inverse=True)
         graph = node_graph(K, node_of_row)
         n_pieces, piece_of_node = csgraph.connected_components(graph, directed=False)
@@ -56,7 +59,7 @@ class Interior:
         if is_free:
             _refuse_separate_bodies(part, self.rows, n_pieces, piece_of_row, interfaces)
         if not needs_ground or n_pieces > 1:
-            _refuse_loose_pieces(part, self.rows, n_pieces, piece_of_row, averaged)
+            _refuse_loose_pieces(part, self.rows, n_pieces, piece_of_row, interfaces)
         order = elimination_order(graph, node_of_row) if len(self.rows) else None
         del graph
 
@@ -160,14 +163,25 @@ def _refuse_loose_pieces(
     rows: IntArray,
     n_pieces: int,
     piece_of_row: IntArray,
-    averaged: list[TiedInterface],
+    interfaces: tuple[TiedInterface, ...],
 ) -> None:
     """A piece that no interface reaches makes the held stiffness singular, which a solver need not notice."""
-    motion = np.zeros((len(part.dofs), 6))
-    motion[rows] = part.rigid_body_motion(part.positions.mean(axis=0))[rows]
+    tied = np.concatenate([[], *(item.rows for item in interfaces if item.tie == "rigid")]).astype(np.int64)
+    motion = part.rigid_body_motion(part.positions.mean(axis=0))
+    # What moves of the tied rows alone does to the others is quickly seen, and enough for most pieces.
+    pulled = part.K[tied].T @ motion[tied]
+    touched = np.flatnonzero(np.max(abs(pulled), axis=1))
+    size = absolute_product(part.K[touched], np.max(abs(motion), axis=1))
+    is_held = np.zeros(len(part.dofs), dtype=bool)
+    is_held[touched] = np.max(abs(pulled[touched]), axis=1) > 1e-6 * size
+    loose = np.setdiff1d(np.arange(n_pieces), piece_of_row[is_held[rows]])
+    if not len(loose):
+        return
+    motion[tied] = 0.0
     strain = np.max(abs(RowParallel(part.K) @ motion), axis=1)[rows]
     size = absolute_product(part.K, np.max(abs(motion), axis=1))[rows]
-    for piece in range(n_pieces):
+    averaged = [item for item in interfaces if item.tie == "average"]
+    for piece in loose.tolist():
         members = np.flatnonzero(piece_of_row == piece)
         if np.any(strain[members] > 1e-6 * size[members]):
             continue

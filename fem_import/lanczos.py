@@ -72,11 +72,10 @@ def _lowest_modes(
     eigenvalues, n_settled, coefficients = np.empty(0), 0, np.empty((0, 0))
     restarts, next_look = 0, 0
     block, mass_block = _fresh_block(solve, mass, random, basis)
-    previous = np.empty((n, 0))
     while block.shape[1]:
         basis.append(block)
         images = in_rows(solve(mass_block))
-        following, mass_following, column, left_over = _next_block(images, [previous, block], mass, basis)
+        following, mass_following, column, left_over = _next_block(images, mass, basis)
         projected = _grown(projected, column)
         closed = following.shape[1] == 0
         if closed or basis.size >= next_look:
@@ -88,7 +87,7 @@ def _lowest_modes(
             raise ReductionError(
                 f"More than {_LARGEST_BASIS} Lanczos vectors and still modes missing. Lower max_frequency."
             )
-        previous, block, mass_block = block, following, mass_following
+        block, mass_block = following, mass_following
         if closed and restarts < 2:
             restarts += 1
             block, mass_block = _fresh_block(solve, mass, random, basis)
@@ -115,8 +114,9 @@ class _Basis:
             taken += count
             self.size += count
 
-    def coefficients(self, mass_block: FloatArray) -> FloatArray:
-        parts = [inner(chunk, mass_block) for chunk in self._used()]
+    def coefficients(self, mass_block: FloatArray, first: int = 0) -> FloatArray:
+        """Return those of the vectors from `first` on in a block, given M times it."""
+        parts = [inner(chunk, mass_block) for chunk in self._used(first)]
         return np.vstack(parts) if parts else np.empty((0, mass_block.shape[1]))
 
     def combine(self, coefficients: FloatArray) -> FloatArray:
@@ -125,45 +125,45 @@ class _Basis:
         self.subtract(total, -coefficients)
         return total
 
-    def subtract(self, block: FloatArray, coefficients: FloatArray) -> None:
-        """Take basis @ coefficients from the block, in place."""
-        first = 0
-        for chunk in self._used():
-            last = first + chunk.shape[1]
-            subtract(block, chunk, coefficients[first:last])
-            first = last
+    def subtract(self, block: FloatArray, coefficients: FloatArray, first: int = 0) -> None:
+        """Take the vectors from `first` on times coefficients from the block, in place."""
+        for chunk in self._used(first):
+            count = chunk.shape[1]
+            subtract(block, chunk, coefficients[:count])
+            coefficients = coefficients[count:]
 
-    def _used(self) -> list[FloatArray]:
-        last = self.size - _COLUMNS_OF_A_CHUNK * (len(self._chunks) - 1)
-        return [*self._chunks[:-1], self._chunks[-1][:, :last]] if self._chunks else []
+    def _used(self, first: int) -> list[FloatArray]:
+        starts = range(0, self.size, _COLUMNS_OF_A_CHUNK)
+        return [
+            chunk[:, max(first - start, 0) : self.size - start]
+            for start, chunk in zip(starts, self._chunks, strict=True)
+            if first < start + _COLUMNS_OF_A_CHUNK
+        ]
 
 
 def _fresh_block(
     solve: Callable[[FloatArray], FloatArray], mass: RowParallel, random: np.random.Generator, basis: _Basis
 ) -> tuple[FloatArray, FloatArray]:
     images = in_rows(solve(mass @ random.standard_normal((mass.shape[0], _BLOCK))))
-    block, mass_block, _, _ = _next_block(images, [], mass, basis)
+    block, mass_block, _, _ = _next_block(images, mass, basis)
     return block, mass_block
 
 
 def _next_block(
-    images: FloatArray, recent: list[FloatArray], mass: RowParallel, basis: _Basis
+    images: FloatArray, mass: RowParallel, basis: _Basis
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Orthonormalise images (n, b) = K^-1 M block, in place, against the basis.
 
-    recent: the last blocks of the basis, which take nearly all of it (the three-term recurrence); the sweep
-    over the whole basis that follows only removes rounding. Returns the next block, M times it, the images'
+    Its last two blocks take nearly all of it (the three-term recurrence); the sweep over the whole basis that follows
+    only removes rounding. Returns the next block, M times it, the images'
     coefficients in the basis (size, b) and the Gram matrix (b, b) of what was left of them.
     """
     mass_images = mass @ images
     size = np.sqrt(np.maximum(np.einsum("ij,ij->j", images, mass_images), 0.0))
     column = np.zeros((basis.size, images.shape[1]))
-    last = basis.size
-    for block in reversed(recent):
-        part = inner(block, mass_images)
-        subtract(images, block, part)
-        column[last - block.shape[1] : last] = part
-        last -= block.shape[1]
+    recent = max(0, basis.size - 2 * _BLOCK)
+    column[recent:] = basis.coefficients(mass_images, recent)
+    basis.subtract(images, column[recent:], recent)
     for _ in range(3):
         mass_images = mass @ images
         rest = basis.coefficients(mass_images)

@@ -27,10 +27,7 @@ class RowParallel:
     """
 
     def __init__(self, matrix: SparseMatrix) -> None:
-        count = max(1, min(n_threads(), matrix.nnz // _WORTH_A_THREAD))
-        shares = matrix.nnz * np.arange(1, count) // count
-        limits = [0, *np.searchsorted(matrix.indptr, shares).tolist(), matrix.shape[0]]
-        self._ranges = list(itertools.pairwise(limits))
+        self._ranges = _shares(matrix)
         self._parts = [_view_of_rows(matrix, first, last) for first, last in self._ranges]
         self.shape = matrix.shape
 
@@ -83,14 +80,30 @@ def principal_submatrix(matrix: SparseMatrix, rows: IntArray, upper: bool = Fals
 def absolute_product(matrix: SparseMatrix, vector: FloatArray) -> FloatArray:
     """Return |A| v without a copy of A."""
     product = np.empty(matrix.shape[0])
-    for first in range(0, len(product), _ROWS_AT_ONCE):
-        last = min(first + _ROWS_AT_ONCE, len(product))
-        product[first:last] = abs(_view_of_rows(matrix, first, last)) @ vector
+
+    def multiply(share: tuple[int, int]) -> None:
+        for first in range(*share, _ROWS_AT_ONCE):
+            last = min(first + _ROWS_AT_ONCE, share[1])
+            rows = _view_of_rows(matrix, first, last)
+            rows.data = abs(rows.data)
+            product[first:last] = rows @ vector
+
+    side_by_side(multiply, _shares(matrix))
     return product
+
+
+def _shares(matrix: SparseMatrix) -> list[tuple[int, int]]:
+    """Return the rows from and up to which each thread goes, with as many entries on each."""
+    count = max(1, min(n_threads(), matrix.nnz // _WORTH_A_THREAD))
+    shares = matrix.nnz * np.arange(1, count) // count
+    limits = [0, *np.searchsorted(matrix.indptr, shares).tolist(), matrix.shape[0]]
+    return list(itertools.pairwise(limits))
 
 
 def _view_of_rows(matrix: SparseMatrix, first: int, last: int) -> SparseMatrix:
     start, end = int(matrix.indptr[first]), int(matrix.indptr[last])
-    pointers = matrix.indptr[first : last + 1] - matrix.indptr[first]
-    arrays = (matrix.data[start:end], matrix.indices[start:end], pointers)
-    return sparse.csr_array(arrays, shape=(last - first, matrix.shape[1]), copy=False)
+    rows = sparse.csr_array((last - first, matrix.shape[1]), dtype=matrix.dtype)
+    # Given to the constructor, all indices would be looked at once more.
+    rows.indptr = matrix.indptr[first : last + 1] - matrix.indptr[first]
+    rows.indices, rows.data = matrix.indices[start:end], matrix.data[start:end]
+    return rows
