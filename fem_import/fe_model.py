@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -149,7 +150,12 @@ class FEModel:
 
     def dof_nodes(self) -> IntArray:
         """Return the index into node_ids and positions of each row of K, (n,)."""
-        return _indices_of(self.node_ids, self.dofs[:, 0])
+        return self._dof_nodes
+
+    @functools.cached_property
+    def _dof_nodes(self) -> IntArray:
+        nodes: IntArray = _frozen(_indices_of(self.node_ids, self.dofs[:, 0]))
+        return nodes
 
     def rigid_body_motion(self, origin: ArrayLike = (0.0, 0.0, 0.0)) -> FloatArray:
         """Return R (n, 6): all DoF per unit translation and small rotation about `origin`."""

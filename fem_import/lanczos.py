@@ -159,7 +159,7 @@ def _next_block(
     coefficients in the basis (size, b) and the Gram matrix (b, b) of what was left of them.
     """
     mass_images = mass @ images
-    size = np.sqrt(np.maximum(np.einsum("ij,ij->j", images, mass_images), 0.0))
+    size = np.sqrt(np.maximum(np.diag(inner(images, mass_images)), 0.0))
     column = np.zeros((basis.size, images.shape[1]))
     recent = max(0, basis.size - 2 * _BLOCK)
     column[recent:] = basis.coefficients(mass_images, recent)

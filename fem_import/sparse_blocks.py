@@ -17,6 +17,7 @@ IntArray: TypeAlias = NDArray[np.int64]
 SparseMatrix: TypeAlias = "sparse.csr_array[Any, tuple[int, int]]"
 
 _ROWS_AT_ONCE = 16384  # some 1e6 entries: what is needed beside a matrix stays in the cache
+_FEWER_ROWS = 2048  # whose entries themselves stay in it
 _WORTH_A_THREAD = 200_000  # entries
 
 
@@ -50,22 +51,28 @@ def principal_submatrix(matrix: SparseMatrix, rows: IntArray, upper: bool = Fals
     """Return matrix[rows][:, rows] for ascending rows, or of a symmetric matrix its upper triangle alone."""
     new = np.full(matrix.shape[0], -1, dtype=np.int32)
     new[rows] = np.arange(len(rows), dtype=np.int32)
+    first_column = np.full(matrix.shape[0], np.iinfo(np.int32).max, dtype=np.int32)  # none in rows left out
+    first_column[rows] = new[rows] if upper else 0
     data, indices = np.empty(matrix.nnz), np.empty(matrix.nnz, dtype=np.int32)  # pages never written cost nothing
     counts = np.zeros(len(rows), dtype=np.int64)
     filled = 0
     for first in range(0, matrix.shape[0], _ROWS_AT_ONCE):
         starts = matrix.indptr[first : first + _ROWS_AT_ONCE + 1]
         entries = slice(int(starts[0]), int(starts[-1]))
-        row = np.repeat(new[first : first + _ROWS_AT_ONCE], np.diff(starts))
-        column = new[matrix.indices[entries]]
-        kept = np.flatnonzero((row >= 0) & (column >= (row if upper else 0)))
+        lengths = np.diff(starts)
+        # All places are inside; to say so ("clip") makes taking twice as fast.
+        column = new.take(matrix.indices[entries], mode="clip")
+        is_kept = column >= np.repeat(first_column[first : first + _ROWS_AT_ONCE], lengths)
+        kept = np.flatnonzero(is_kept)
         end = filled + len(kept)
-        data[filled:end] = matrix.data[entries][kept]
-        indices[filled:end] = column[kept]
+        matrix.data[entries].take(kept, out=data[filled:end], mode="clip")
+        column.take(kept, out=indices[filled:end], mode="clip")
         inside = new[first : first + _ROWS_AT_ONCE]
-        inside = inside[inside >= 0]
-        if len(inside):
-            counts[inside[0] : inside[-1] + 1] = np.bincount(row[kept] - inside[0], minlength=len(inside))
+        # A row without entries would be given those of the next one.
+        totals = np.zeros(len(lengths), dtype=np.int64)
+        if len(kept):
+            totals[lengths > 0] = np.add.reduceat(is_kept, (starts[:-1] - starts[0])[lengths > 0], dtype=np.int64)
+        counts[inside[inside >= 0]] = totals[inside >= 0]
         filled = end
     data.resize(filled, refcheck=False)
     indices.resize(filled, refcheck=False)
@@ -82,8 +89,8 @@ def absolute_product(matrix: SparseMatrix, vector: FloatArray) -> FloatArray:
     product = np.empty(matrix.shape[0])
 
     def multiply(share: tuple[int, int]) -> None:
-        for first in range(*share, _ROWS_AT_ONCE):
-            last = min(first + _ROWS_AT_ONCE, share[1])
+        for first in range(*share, _FEWER_ROWS):
+            last = min(first + _FEWER_ROWS, share[1])
             rows = _view_of_rows(matrix, first, last)
             rows.data = abs(rows.data)
             product[first:last] = rows @ vector
