@@ -17,7 +17,7 @@ from fem_import.export_report import MINIMUM_DIGITS, ExportReport
 from fem_import.keywords import known_keywords
 from fem_import.names import NamedItems
 from fem_import.rigid_motion import MassProperties, mass_properties, rigid_motion_at, rigid_motion_of_dofs
-from fem_import.sparse_blocks import RowParallel, absolute_product
+from fem_import.sparse_blocks import RowParallel, absolute_product, diagonal_of
 from fem_import.threads import n_threads, side_by_side
 from fem_import.units import unit_system
 
@@ -110,20 +110,20 @@ class FEModel:
         n_dofs = len(table)
         given = {"K": K, "M": M} | ({} if C is None else {"C": C})
 
-        def checked(name: str) -> tuple[SparseMatrix, FloatArray]:
-            matrix = _checked_matrix(name, given[name], n_dofs, copy)
-            return matrix, matrix.diagonal()
+        def checked(name: str) -> SparseMatrix:
+            return _checked_matrix(name, given[name], n_dofs, copy)
 
         def compared(name: str) -> tuple[SparseMatrix, float]:
-            matrix = matrices[name][0]
+            matrix = matrices[name]
             made, residual = (matrix, 0.0) if symmetric else _symmetric(name, matrix, table)
             _scale(made, system.stiffness_scale(table[:, 1]))
             return made, residual
 
         matrices = dict(zip(given, side_by_side(checked, given), strict=True))
-        _refuse_bad_diagonals(matrices["K"][0], matrices["K"][1], matrices["M"][1], table)
-        for name in ("K", "M"):
-            _refuse_large_couplings(name, *matrices[name], table)
+        diagonals = {name: diagonal_of(matrices[name]) for name in ("K", "M")}
+        _refuse_bad_diagonals(matrices["K"], diagonals["K"], diagonals["M"], table)
+        for name, diagonal in diagonals.items():
+            _refuse_large_couplings(name, matrices[name], diagonal, table)
         made = dict(zip(given, side_by_side(compared, given), strict=True))
         for name, power in (("M", 2), ("C", 1)):
             if name in made and system.time != 1.0:
@@ -374,11 +374,12 @@ def _checked_matrix(name: str, matrix: Any, n_dofs: int, copy: bool) -> SparseMa
         pointers, columns = checked.indptr.astype(np.int32), checked.indices.astype(np.int32)
         checked = sparse.csr_array((checked.data, columns, pointers), shape=checked.shape)
     checked.sum_duplicates()
-    if not all(np.isfinite(checked.data[entries]).all() for _, entries in _row_blocks(checked)):
+    blocks = list(_row_blocks(checked))
+    if not all(np.isfinite(checked.data[entries]).all() for _, entries in blocks):
         entry = int(np.argmin(np.isfinite(checked.data)))
         row = int(np.searchsorted(checked.indptr, entry, side="right") - 1)
         raise ExportError(f"{name}[{row}, {checked.indices[entry]}] is {checked.data[entry]}; it must be finite.")
-    if not checked.data.all():
+    if not all(checked.data[entries].all() for _, entries in blocks):
         checked.eliminate_zeros()
     if checked.nnz == 0:
         cure = " Is the density missing, or did the analysis never form it?" if name == "M" else ""
@@ -404,12 +405,13 @@ def _of_rows(matrix: SparseMatrix, rows: slice, per_row: FloatArray) -> FloatArr
 def _refuse_large_couplings(name: str, matrix: SparseMatrix, diagonal: FloatArray, dofs: IntArray) -> None:
     """A positive semi-definite matrix has |a_ij| <= sqrt(a_ii a_jj)."""
     root = np.sqrt(diagonal)
+    row_root = (1.0 + _SYMMETRY_TOLERANCE) * root
     room = 1e-12 * root.max() ** 2
 
     def refuse(blocks: list[tuple[slice, slice]]) -> None:
         for rows, entries in blocks:
             columns, values = matrix.indices[entries], matrix.data[entries]
-            allowed = _of_rows(matrix, rows, (1.0 + _SYMMETRY_TOLERANCE) * root)
+            allowed = _of_rows(matrix, rows, row_root)
             allowed *= root.take(columns, mode="clip")  # all are inside, and this is twice as fast
             excess = abs(values)
             excess -= allowed

@@ -99,6 +99,17 @@ def absolute_product(matrix: SparseMatrix, vector: FloatArray) -> FloatArray:
     return product
 
 
+def diagonal_of(matrix: SparseMatrix) -> FloatArray:
+    """Return the diagonal of a square matrix."""
+    diagonal = np.empty(matrix.shape[0])
+
+    def look(share: tuple[int, int]) -> None:
+        diagonal[slice(*share)] = _view_of_rows(matrix, *share).diagonal(share[0])
+
+    side_by_side(look, _shares(matrix))
+    return diagonal
+
+
 def _shares(matrix: SparseMatrix) -> list[tuple[int, int]]:
     """Return the rows from and up to which each thread goes, with as many entries on each."""
     count = max(1, min(n_threads(), matrix.nnz // _WORTH_A_THREAD))

@@ -40,23 +40,22 @@ def read_calculix(path: str | os.PathLike[str], units: str = "SI") -> FEModel:
     mass_path = _job_file(stem, ".mas", f"The analysis never formed the mass matrix. {_HOW_TO_EXPORT}")
 
     matrix_paths = (stiffness_path, mass_path)
-    contents = texts_of(*matrix_paths)
+    texts = texts_of(*matrix_paths)
     deck = read_deck(deck_path)
     dofs, rotation_nodes = _rotations_to_reference(_read_dofs(dof_path, deck), deck, dof_path.name)
     triangles: list[Triplets] = []
 
     def parsed(given: tuple[Path, LongText]) -> tuple[str, Triplets]:
-        path, content = given
-        n_lines = len(triangles[0].values) if triangles else None
-        triangle = _checked_triangle(parse_triplets(content, path.name, n_lines), path, len(dofs), dof_path.name)
-        triangles.append(triangle)
-        return path.name, triangle
+        path, text = given
+        triangles.append(parse_triplets(text, path.name, len(triangles[0].values) if triangles else None))
+        return path.name, triangles[-1]
 
     def assembled(given: tuple[str, Triplets]) -> SparseMatrix:
         name, triangle = given
+        _refuse_no_triangle(triangle, name, len(dofs), dof_path.name)
         return mirrored(triangle.rows, triangle.columns, triangle.values, len(dofs), name)
 
-    K, M = one_behind_another(parsed, assembled, zip(matrix_paths, contents, strict=True))
+    K, M = one_behind_another(parsed, assembled, zip(matrix_paths, texts, strict=True))
     stiffness, mass = triangles
     if not (np.array_equal(stiffness.rows, mass.rows) and np.array_equal(stiffness.columns, mass.columns)):
         raise ExportError(
@@ -180,18 +179,17 @@ def _rotations_to_reference(
     return result, labels
 
 
-def _checked_triangle(triplets: Triplets, path: Path, n_dofs: int, dof_name: str) -> Triplets:
-    """Return the entries if they are an upper triangle with its whole diagonal."""
+def _refuse_no_triangle(triplets: Triplets, name: str, n_dofs: int, dof_name: str) -> None:
+    """Raise ExportError where the entries are no upper triangle with its whole diagonal."""
     rows, columns = triplets.rows, triplets.columns
-    refuse_outside(rows, columns, n_dofs, path.name, f"{dof_name} ({n_dofs} DoF)")
+    refuse_outside(rows, columns, n_dofs, name, f"{dof_name} ({n_dofs} DoF)")
     if np.any(rows > columns):
-        raise ExportError(f"{path.name} has entries below the diagonal; ccx writes the upper triangle only.")
+        raise ExportError(f"{name} has entries below the diagonal; ccx writes the upper triangle only.")
     on_diagonal = np.bincount(rows[rows == columns], minlength=n_dofs)
     if np.any(on_diagonal == 0):
         row = int(np.flatnonzero(on_diagonal == 0)[0])
         raise ExportError(
-            f"{path.name} has no diagonal entry in row {row + 1} of {n_dofs} "
+            f"{name} has no diagonal entry in row {row + 1} of {n_dofs} "
             f"({int(np.sum(on_diagonal == 0))} such): "
             "truncated, or of another run than the .dof. Export again."
         )
-    return triplets

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 Places: TypeAlias = NDArray[np.int64]
 Characters: TypeAlias = NDArray[np.uint8]
 
-_NEWLINE, _DOT, _PLUS, _MINUS, _ZERO = b"\n.+-0"
+_NEWLINE, _BLANK, _DOT, _PLUS, _MINUS, _ZERO = b"\n .+-0"
 
 
 @dataclass(frozen=True)
@@ -72,17 +72,21 @@ class FixedLayout:
         n = len(text)
         is_blank = np.empty(n + 1, bool)
         is_blank[0] = True
-        np.equal(text, _NEWLINE, out=is_blank[1:])
-        n_lines = np.count_nonzero(is_blank) - 1
+        np.less_equal(text, _BLANK, out=is_blank[1:])  # and all control characters: only those meant are counted
+        n_blanks = 0
         for character in self.blanks:
-            is_blank[1:] |= text == character
+            flags = text == character
+            n_blanks += np.count_nonzero(flags)
+            if character > _BLANK:
+                is_blank[1:] |= flags
         starts = np.flatnonzero(is_blank[:-1] > is_blank[1:])
-        if len(starts) != n_lines * self.n_words:
+        n_lines, rest = divmod(len(starts), self.n_words)
+        if rest or not n_lines:
             return None
         words = starts.reshape(n_lines, self.n_words)
         if self.is_indented:
             ends = np.flatnonzero(text == _NEWLINE)
-            if (words[:, -1] > ends).any() or (words[1:, 0] < ends[:-1]).any():
+            if len(ends) != n_lines or (words[:, -1] > ends).any() or (words[1:, 0] < ends[:-1]).any():
                 return None
         else:
             ends = np.empty(n_lines, np.int64)
@@ -97,8 +101,7 @@ class FixedLayout:
         n_marks = self._count_marks(text, np.ascontiguousarray(words[:, -1]), ends)
         if n_marks is None:
             return None
-        n_blanks = np.count_nonzero(is_blank) - 1
-        return words if np.count_nonzero(are_digits(text)) + n_blanks + n_marks == n else None
+        return words if np.count_nonzero(are_digits(text)) + n_blanks + n_lines + n_marks == n else None
 
     def _count_marks(self, text: Characters, starts: Places, ends: Places) -> int | None:
         """Return how many characters of the last words are no digits where they have their marks in place."""
