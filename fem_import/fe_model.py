@@ -264,6 +264,11 @@ def _indices_of(labels: IntArray, wanted: IntArray) -> IntArray:
     return np.asarray(order[np.searchsorted(labels[order], wanted)], dtype=np.int64)
 
 
+def _ascending(values: IntArray) -> IntArray:
+    """Return the values in order, in which programs mostly write them."""
+    return values if np.all(values[1:] >= values[:-1]) else np.sort(values)
+
+
 def _as_integers(what: str, values: ArrayLike) -> IntArray:
     try:
         array = np.asarray(values)
@@ -320,7 +325,7 @@ def _checked_dofs(dofs: ArrayLike | int, labels: IntArray) -> IntArray:
     if np.any(unknown):
         row = int(np.flatnonzero(unknown)[0])
         raise ExportError(f"dofs row {row} names node {table[row, 0]}, which has no position. Give all nodes.")
-    keys = np.sort(8 * _indices_of(labels, table[:, 0]) + table[:, 1])
+    keys = _ascending(8 * _indices_of(labels, table[:, 0]) + table[:, 1])
     for key in keys[:-1][np.diff(keys) == 0][:1]:
         raise ExportError(
             f"DoF {labels[key >> 3]}.{key & 7} (node.direction) occurs {np.count_nonzero(keys == key)} times; each row "

@@ -65,14 +65,17 @@ def read_calculix(path: str | os.PathLike[str], units: str = "SI") -> FEModel:
         )
     digits = min(stiffness.digits, mass.digits)
     # The ROT NODE of a rigid body is no point of the part.
-    is_point = ~np.isin(deck.node_ids, rotation_nodes)
+    is_point = np.isin(deck.node_ids, rotation_nodes, invert=True)
+    node_sets = deck.node_sets
+    if len(rotation_nodes):
+        node_sets = {name: nodes[np.isin(nodes, rotation_nodes, invert=True)] for name, nodes in node_sets.items()}
     part = FEModel.from_arrays(
         K=K,
         M=M,
         positions=deck.positions[is_point],
         dofs=dofs,
         node_ids=deck.node_ids[is_point],
-        node_sets={name: nodes[~np.isin(nodes, rotation_nodes)] for name, nodes in deck.node_sets.items()},
+        node_sets=node_sets,
         units=units,
         source=f"CalculiX {deck_path.name}",
         digits=digits,
@@ -106,7 +109,9 @@ def _read_dofs(path: Path, deck: Deck) -> NDArray[np.int64]:
     dofs = _regular_dofs(content)
     if dofs is None:
         dofs = _dofs_line_by_line(content, path.name)
-    keys = np.sort(8 * dofs[:, 0] + dofs[:, 1])
+    keys = 8 * dofs[:, 0] + dofs[:, 1]
+    if np.any(keys[1:] < keys[:-1]):
+        keys.sort()
     for repeated in np.flatnonzero(np.diff(keys) == 0)[:1]:
         node, direction = divmod(int(keys[repeated]), 8)
         kinds = f" ({', '.join(deck.expanded_elements)})" if deck.expanded_elements else ""

@@ -77,17 +77,22 @@ def read_deck(path: Path) -> Deck:
     if not labels:
         raise ExportError(f"{path} defines no nodes (*NODE), nor does what it includes.")
     node_ids = np.concatenate(labels)
-    unique, counts = np.unique(node_ids, return_counts=True)
-    if len(unique) < len(node_ids):
+    if len(_in_order(node_ids)) < len(node_ids):
+        unique, counts = np.unique(node_ids, return_counts=True)
         raise ExportError(f"{path}: node {unique[counts > 1][0]} is defined {counts.max()} times. Keep one *NODE line.")
     return Deck(
         node_ids=node_ids,
         positions=np.vstack(positions),
-        node_sets={name: np.unique(np.concatenate(members)) for name, members in sets.items()},
+        node_sets={name: _in_order(np.concatenate(members)) for name, members in sets.items()},
         rigid_bodies=tuple(rigid_bodies),
         expanded_elements=tuple(expanded),
         skin=skin_of_solids(corners),
     )
+
+
+def _in_order(labels: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the labels ascending, each once, as they mostly stand already."""
+    return labels if np.all(labels[1:] > labels[:-1]) else np.unique(labels)
 
 
 def _solid_corners(card: Card, element: str) -> list[NDArray[np.int64]]:
@@ -111,16 +116,24 @@ def _set_members(card: Card, sets: dict[str, list[NDArray[np.int64]]], spelled: 
         card.refuse("ELSET= is Abaqus' and ccx ignores it. List the nodes.")
     if "GENERATE" in card.parameters:
         return _generated(card)
+    words = ",".join(card.data).replace(" ", "").split(",")
+    if all(map(_is_label, words)):
+        return np.array([word for word in words if word], dtype=np.int64)
     members: list[NDArray[np.int64]] = []
     labels: list[int] = []
     for word in (word.strip().strip("\"'") for line in card.data for word in line.split(",")):
-        if word.isdigit() and len(word) < 16:
+        if word and _is_label(word):
             labels.append(int(word))
         elif word and word.casefold() in spelled:
             members += sets[spelled[word.casefold()]]
         elif word:
             card.refuse(f"{word!r} is neither a node label nor a set defined above.")
     return np.concatenate([np.array(labels, dtype=np.int64), *members])
+
+
+def _is_label(word: str) -> bool:
+    """Whether a word is a node label, or nothing: a line may end in a comma."""
+    return not word or (word.isdecimal() and word.isascii() and len(word) < 16)
 
 
 def _generated(card: Card) -> NDArray[np.int64]:

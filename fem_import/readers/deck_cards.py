@@ -75,7 +75,7 @@ def _blocks(text: str) -> Iterator[tuple[int, str | None, list[str]]]:
     taken in blocks.
     """
     lines = [line.strip() for line in text.splitlines()]
-    starred = [number for number, line in enumerate(lines) if line.startswith("*")]
+    starred = [number for number, line in enumerate(lines) if line[:1] == "*"]
     pending, pending_at = "", 0
     for first, last in itertools.pairwise([*starred, len(lines)]):
         data = [line for line in lines[first + 1 : last] if line]

@@ -15,7 +15,6 @@ from typing import IO, Any, TypeAlias, cast
 import numpy as np
 from numpy.typing import NDArray
 from scipy import io as scipy_io
-from scipy import sparse
 
 from fem_import.readers.fixed_layout import FixedLayout, Places, are_digits
 from fem_import.readers.long_text import LongText
@@ -53,9 +52,10 @@ def _byte_classes(exponents: bytes = b"eE", blanks: bytes = b" \t\r\n") -> bytes
 def regular_triplets(text: LongText, n_lines: int | None = None) -> tuple[IntArray, IntArray, FloatArray] | None:
     """Return rows and columns (base 0) and values of lines "row column value"; None where they are not regular.
 
-    n_lines : how many there should be, which spares counting them.
+    n_lines : how many there must be; any number of them if None.
     """
-    return _coordinates(text, text.count_lines() if n_lines is None else n_lines, _LARGEST_INDEX, 3, _CheckedText)
+    found = _coordinates(text, n_lines, _LARGEST_INDEX, 3, _CheckedText)
+    return None if found is None or n_lines not in (None, len(found[2])) else found
 
 
 def regular_labelled_triplets(text: LongText) -> tuple[IntArray, IntArray, FloatArray] | None:
@@ -64,10 +64,9 @@ def regular_labelled_triplets(text: LongText) -> tuple[IntArray, IntArray, Float
     Rows and columns are 100 node + dof, dof 1..6. One comma or blank parts a pair, any number of them what
     lies between.
     """
-    n_lines = text.count_lines()
-    found = _coordinates(text, n_lines, _LARGEST_INDEX, 5, _PairedText)
+    found = _coordinates(text, None, _LARGEST_INDEX, 5, _PairedText)
     if found is None:  # perhaps only as a label is above 21 million, which takes 64 bits
-        found = _coordinates(text, n_lines, _LARGEST_PAIR, 5, _PairedText)
+        found = _coordinates(text, None, _LARGEST_PAIR, 5, _PairedText)
     if found is None:
         return None
     rows, columns, values = found
@@ -78,33 +77,41 @@ def regular_labelled_triplets(text: LongText) -> tuple[IntArray, IntArray, Float
 
 def regular_column(text: LongText) -> FloatArray | None:
     """Return the numbers of lines with one number each, Fortran's 1.0D0 too; None where they are not regular."""
-    n_lines = text.count_lines()
-    header = f"%%MatrixMarket matrix array real general\n{n_lines} 1\n"
     has_d = b"D" in text[:1000].upper()
-    found = _parsed(header, text, n_lines, 1, _FortranText if has_d else _CheckedText)
-    return None if found is None else np.asarray(found, dtype=np.float64).ravel()
+    found = _parsed("array real general\n{} 1", text, None, 1, _FortranText if has_d else _CheckedText)
+    return None if found is None else np.asarray(found[0], dtype=np.float64).ravel()[: found[1]]
 
 
 def _coordinates(
-    text: LongText, n_lines: int, largest: int, words_a_line: int, kind: type[_CheckedText]
+    text: LongText, n_lines: int | None, largest: int, words_a_line: int, kind: type[_CheckedText]
 ) -> tuple[IntArray, IntArray, FloatArray] | None:
-    header = f"%%MatrixMarket matrix coordinate real general\n{largest} {largest} {n_lines}\n"
+    header = f"coordinate real general\n{largest} {largest} {{}}"
     found = _parsed(header, text, n_lines, words_a_line, kind)
     if found is None:
         return None
-    matrix = sparse.coo_array(found)
-    return np.asarray(matrix.row), np.asarray(matrix.col), np.asarray(matrix.data, dtype=np.float64)
+    entries, count = found
+    values = np.asarray(entries.data, dtype=np.float64)
+    return np.asarray(entries.row)[:count], np.asarray(entries.col)[:count], values[:count]
 
 
-def _parsed(header: str, text: LongText, n_lines: int, words_a_line: int, kind: type[_CheckedText]) -> Any:
-    if not 0 < n_lines <= len(text) // (2 * words_a_line) or text[-1:] != b"\n":
+def _parsed(
+    header: str, text: LongText, n_lines: int | None, words_a_line: int, kind: type[_CheckedText]
+) -> tuple[Any, int] | None:
+    """Return what the parser makes of the text, and how many lines it has; more may follow in what is returned.
+
+    n_lines : for how many there must be room; None estimates it. {} stands for it in the header.
+    """
+    room = text.about_lines() if n_lines is None else n_lines
+    if not 0 < room <= len(text) // (2 * words_a_line) or text[-1:] != b"\n":
         return None  # the parser divides by the number of lines, and takes memory for as many
-    checked = kind(header, text, words_a_line)
+    checked = kind(f"%%MatrixMarket matrix {header.format(room)}\n", text, words_a_line, room)
     try:
         found = scipy_io.mmread(cast("IO[bytes]", checked), **_AS_ARRAY)
     except (ValueError, OverflowError):
-        return None
-    return found if checked.is_regular(n_lines) else None
+        found = None
+    if checked.is_overfull and n_lines is None:
+        return _parsed(header, text, text.count_lines(), words_a_line, kind)
+    return (found, checked.n_lines) if found is not None and checked.is_regular else None
 
 
 class _CheckedText(io.RawIOBase):
@@ -114,13 +121,15 @@ class _CheckedText(io.RawIOBase):
     exponents = b"eE"
     classes_of_bytes = _byte_classes()
 
-    def __init__(self, header: str, text: LongText, words_a_line: int) -> None:
+    def __init__(self, header: str, text: LongText, words_a_line: int, room: int) -> None:
         self._header = header.encode()
-        self._blocks = text.blocks_of_lines()
+        self._room = room
+        self._nothing = b"0\n" if words_a_line == 1 else b"1 1 0\n"
+        self._blocks, self._left = text.blocks_of_lines(), len(text)
         self._words_a_line = words_a_line
         self._layout: FixedLayout | None = None
         self._words: Places = np.empty((0, words_a_line), np.int64)
-        self._n_lines = 0
+        self.n_lines = 0
         self.is_clean = True
 
     def rewritten(self, text: bytes) -> bytes:
@@ -137,19 +146,28 @@ class _CheckedText(io.RawIOBase):
             header, self._header = self._header, b""
             return header
         text = next(self._blocks, b"")
-        self.is_clean = self.is_clean and self._is_regular(text)
-        # The parser crashes on a zero byte, so it gets nothing that is not clean.
-        return self.rewritten(text) if self.is_clean else b""
-
-    def is_regular(self, n_lines: int) -> bool:
-        """Whether all lines have been looked at and leave nothing over."""
-        return self.is_clean and self._n_lines == n_lines
-
-    def _is_regular(self, text: bytes) -> bool:
-        """Whether these are lines of so many numbers, of which only the last may have a dot and an exponent."""
         if not text:
-            return True
-        if self._layout is None and not self._n_lines:
+            # The parser wants as many as announced.
+            filling, self._nothing = self._nothing * (self._room - self.n_lines), b""
+            return filling if self.is_clean else b""
+        self._left -= len(text)
+        self.is_clean = self.is_clean and self._is_clean(text)
+        # The parser crashes on a zero byte, so it gets nothing that is not clean.
+        return self.rewritten(text) if self.is_clean and not self.is_overfull else b""
+
+    @property
+    def is_overfull(self) -> bool:
+        """Whether there are more lines than announced."""
+        return self.n_lines > self._room
+
+    @property
+    def is_regular(self) -> bool:
+        """Whether all of the text has been looked at and leaves nothing over."""
+        return self._left == 0 and self.is_clean and not self.is_overfull
+
+    def _is_clean(self, text: bytes) -> bool:
+        """Whether these are lines of so many numbers, of which only the last may have a dot and an exponent."""
+        if self._layout is None and not self.n_lines:
             line = text[: text.index(b"\n") + 1]
             self._layout = FixedLayout.of(line, self._words_a_line, self.blanks, self.exponents)
         words = self._layout.words(np.frombuffer(text, np.uint8)) if self._layout is not None else None
@@ -157,7 +175,7 @@ class _CheckedText(io.RawIOBase):
             words = self._words_line_by_line(text)
         if words is None:
             return False
-        self._n_lines += len(words)
+        self.n_lines += len(words)
         self._words = words
         return True
 

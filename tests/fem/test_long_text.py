@@ -59,6 +59,14 @@ def test_lines_are_counted_and_found(text):
     assert long.line_at(ends[4]) == content[ends[4] : ends[5]]
 
 
+def test_the_lines_of_a_long_text_are_estimated_from_samples():
+    content = b"".join(b"%d 1 1.5\n" % number for number in range(600_000))  # they grow longer
+    assert len(content) > 40 * BLOCK
+    estimate = LongText(content).about_lines()
+    assert 600_000 < estimate < 1.02 * 600_000
+    assert LongText(content[:1000]).about_lines() == content[:1000].count(b"\n")
+
+
 def test_lines_longer_than_a_block():
     content = b"1" * (5 * BLOCK) + b"\nend"
     assert LongText(content).line_at(0) == content[:-3]

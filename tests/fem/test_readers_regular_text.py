@@ -149,6 +149,22 @@ def test_no_other_line_among_numbers_that_end_alike_is_accounted_for(line):
         assert layout_of(text).words(characters(text)) is None
 
 
+@pytest.mark.parametrize("layout", LAYOUTS)
+@pytest.mark.parametrize("share", [0.5, 0.999, 1.0, 1.01, 2.0])
+def test_a_wrong_estimate_of_the_lines_changes_nothing(monkeypatch, layout, share):
+    content = written(random.Random(4), layout, 3000) * 5
+    expected = regular_triplets(LongText(content))
+    assert len(expected[0]) == 15000
+    monkeypatch.setattr(LongText, "about_lines", lambda text: int(share * text.count_lines()))
+    for ours, theirs in zip(regular_triplets(LongText(content)), expected, strict=True):
+        np.testing.assert_array_equal(ours, theirs)
+    column = b"".join(b"%d\n" % number for number in range(40000))
+    np.testing.assert_array_equal(regular_column(LongText(column)), np.arange(40000))
+    # A line of another kind stays one, wherever the estimate ends.
+    assert regular_triplets(LongText(content + b"1 1 1.5 7\n")) is None
+    assert regular_triplets(LongText(content + b" " * (2 * BLOCK) + b"1 1 1.5\n")) is None
+
+
 @pytest.mark.parametrize("separators", [",  , ", "     ", ", ,,, "])
 def test_pairs_of_node_and_dof(separators):
     chance = random.Random(3)
