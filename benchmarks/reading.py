@@ -9,7 +9,6 @@ from __future__ import annotations
 import argparse
 import sys
 import tempfile
-import time
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from cases import BLOCKS, FLEXURES, make_part, write_deck
+from cases import BLOCKS, FLEXURES, make_part, shortest, write_deck
 from parts import Part
 
 import fem_import as fi
@@ -113,16 +112,6 @@ FORMATS: dict[str, Callable[[Path, Part, Model], Export]] = {
     "Abaqus COORDINATE": abaqus("COORDINATE"),
     "Nastran DMIG": nastran_punch,
 }
-
-
-def shortest(function: Callable[[], object], runs: int) -> float:
-    """Return the shortest time of some runs [s]."""
-    times = []
-    for _ in range(runs):
-        start = time.perf_counter()
-        function()
-        times.append(time.perf_counter() - start)
-    return min(times)
 
 
 def measured(export: Export, runs: int) -> str:

@@ -272,6 +272,8 @@ def _ascending(values: IntArray) -> IntArray:
 def _as_integers(what: str, values: ArrayLike) -> IntArray:
     try:
         array = np.asarray(values)
+        if array.dtype.kind == "i":
+            return array.astype(np.int64)
         as_float = array.astype(np.float64)
     except (TypeError, ValueError, OverflowError) as error:
         raise ExportError(f"{what} must be whole numbers; {error}.") from None
@@ -368,7 +370,8 @@ def _checked_matrix(name: str, matrix: Any, n_dofs: int, copy: bool) -> SparseMa
     try:
         with np.errstate(all="ignore"):
             # A copy: what follows works in place and must not touch the caller's matrix.
-            checked = sparse.csr_array(matrix, dtype=np.float64, copy=copy)
+            is_ready = not copy and isinstance(matrix, sparse.csr_array) and matrix.dtype == np.float64
+            checked = matrix if is_ready else sparse.csr_array(matrix, dtype=np.float64, copy=copy)
             checked.check_format(full_check=True)
     except (TypeError, ValueError) as error:
         raise ExportError(f"{name} must be a real (n, n) matrix, sparse or dense; {error}.") from None

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from types import MappingProxyType
 
 import numpy as np
 
@@ -20,6 +19,7 @@ from ibsdyn.harmonic import harmonic_response
 from ibsdyn.locks import eliminate_locks
 from ibsdyn.modes import Modes, undamped_modes
 from ibsdyn.quasi_static import QuasiStaticMotion, quasi_static_motion
+from ibsdyn.read_only import ReadOnlyMapping
 from ibsdyn.reduction_trust import warn_of_frequencies_beyond, warn_of_modes_beyond
 from ibsdyn.signals import Input, Output, base_column, load_column, sensor_row
 from ibsdyn.state_space import StateSpace, state_space
@@ -97,7 +97,7 @@ class LinearSystem:
             damping_ratios=ratios,
             shapes=shapes,
             coordinates=self.coordinates,
-            strain_energy=MappingProxyType(shares),
+            strain_energy=ReadOnlyMapping(shares),
             rigid=rigid,
             _assembly=self._assembly,
             _full_shapes=full,

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
 
 import numpy as np
 
 from ibsdyn.axes import DIRECTIONS, Array, skew
 from ibsdyn.components import Point
 from ibsdyn.errors import ModelError, UnknownNameError, known_keywords, nearest
+from ibsdyn.read_only import ReadOnlyMapping
 from ibsdyn.signals import CombinedSensor, Sensor
 from ibsdyn.validation import number, point
 
@@ -145,9 +145,9 @@ class BeamPath:
             "points": np.array(points),
             "u": u,
             "v": v,
-            "angle": MappingProxyType(angle),
-            "displacement": MappingProxyType(displacement),
-            "_elements": MappingProxyType(elements),
+            "angle": ReadOnlyMapping(angle),
+            "displacement": ReadOnlyMapping(displacement),
+            "_elements": ReadOnlyMapping(elements),
         }
         for field, value in fields.items():
             object.__setattr__(self, field, value)  # frozen: this is its constructor

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,6 +16,7 @@ from ibsdyn.axes import Array
 from ibsdyn.damping import modal_diagonal
 from ibsdyn.elastic_parts import free_motions
 from ibsdyn.errors import AnalysisError
+from ibsdyn.read_only import ReadOnlyMapping
 from ibsdyn.reduction_trust import reduction_errors
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ class Modes:
             moved = self._full_shapes[self._assembly.places[body.name]]
             shares[body.name] = modal_diagonal(moved, body_mass_matrix(body))
             shares[body.name].setflags(write=False)
-        return MappingProxyType(shares)
+        return ReadOnlyMapping(shares)
 
     @cached_property
     def reduction_errors(self) -> Array:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from numbers import Integral
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
 import scipy.optimize
@@ -16,12 +16,10 @@ from ibsdyn.budget import response_power
 from ibsdyn.disturbances import AnyDisturbance, checked_disturbances
 from ibsdyn.errors import AnalysisError, ModelError, known_keywords
 from ibsdyn.frequency_response import unit_ratio
+from ibsdyn.linear_system import LinearSystem, checked_system
 from ibsdyn.resonance_grid import checked_band, poles, resonance_grid
 from ibsdyn.signals import Input, Output, checked_inputs, checked_outputs
 from ibsdyn.validation import in_words, number, shown_name
-
-if TYPE_CHECKING:
-    from ibsdyn.linear_system import LinearSystem
 
 # At these shares of the lowest elastic frequency a response that has a limit at 0 Hz has reached it.
 NEAR_ZERO = (1e-4, 1e-5)
@@ -73,6 +71,7 @@ class ModeFrequency:
 
     def evaluate(self, system: LinearSystem) -> float:
         """Return the frequency [Hz]; AnalysisError if there are fewer elastic modes."""
+        checked_system(system, f"the quantity {self.name!r}")
         return float(system.modes().frequencies[_elastic(system, self.mode)])
 
 
@@ -104,6 +103,7 @@ class ModeDamping:
 
     def evaluate(self, system: LinearSystem) -> float:
         """Return the damping ratio; AnalysisError if there are fewer elastic modes."""
+        checked_system(system, f"the quantity {self.name!r}")
         return float(system.modes().damping_ratios[_elastic(system, self.mode)])
 
 
@@ -142,6 +142,7 @@ class ResponseAt:
 
     def evaluate(self, system: LinearSystem) -> float:
         """Return the magnitude; AnalysisError where it is infinite."""
+        checked_system(system, f"the quantity {self.name!r}")
         try:
             return float(_magnitude(system, self.input, self.output, np.array([self.frequency]))[0])
         except AnalysisError:
@@ -196,6 +197,7 @@ class PeakResponse:
 
     def evaluate(self, system: LinearSystem) -> float:
         """Return the largest magnitude; AnalysisError where an undamped mode makes it infinite."""
+        checked_system(system, f"the quantity {self.name!r}")
         return self.locate(system)[1]
 
     def locate(self, system: LinearSystem) -> tuple[float, float]:
@@ -265,6 +267,7 @@ class RmsResponse:
 
     def evaluate(self, system: LinearSystem) -> float:
         """Return the RMS; AnalysisError where an undamped mode makes it infinite."""
+        checked_system(system, f"the quantity {self.name!r}")
         return math.sqrt(response_power(system, self.output, self.disturbances, self.band))
 
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
 
 import numpy as np
 import scipy.linalg
 
 from ibsdyn.errors import ModelError, UnknownNameError, known_keywords, nearest
+from ibsdyn.read_only import ReadOnlyMapping
 from ibsdyn.validation import number
 
 # Shares typed with a few digits may add up to a little more than 1.
@@ -194,9 +194,9 @@ def distribute_stiffness(
     total = sum(parts.values())
     accelerated = number(acceleration, f"{what}: acceleration", "rad/s²", above=0.0)
     return StiffnessShares(
-        inertias=MappingProxyType(carried),
-        shares=MappingProxyType(parts),
-        stiffness=MappingProxyType(stiffness),
+        inertias=ReadOnlyMapping(carried),
+        shares=ReadOnlyMapping(parts),
+        stiffness=ReadOnlyMapping(stiffness),
         deflection=total * accelerated / allowed_ratio,
         frequency=math.sqrt(float(lowest)) / (2 * math.pi),
     )

@@ -1,5 +1,7 @@
 """M, C, K out of Exudyn against matrices assembled by hand, and the invariants of mechanics."""
 
+import pickle
+
 import numpy as np
 import pytest
 import scipy.linalg
@@ -148,3 +150,18 @@ def test_the_table_of_modes_writes_kilohertz_without_powers_of_ten():
     model.rigid_body("box", mass=1.0)
     model.connection("spring", "floor", "box", stiffness=(2 * np.pi * 12345.0) ** 2, zeta=0.01)
     assert " 12340 " in str(model.linearize().modes())
+
+
+def test_a_system_and_its_modes_travel_between_processes():
+    """Also once modes and energies have been asked for, which are kept."""
+    system = RandomAssembly(2, apart=0.05).model(ibs).linearize()
+    modes = system.modes()
+    assert modes.kinetic_energy
+    there = pickle.loads(pickle.dumps(system))
+    np.testing.assert_array_equal(there.K, system.K)
+    np.testing.assert_array_equal(there.modes().frequencies, modes.frequencies)
+    assert list(there.modes().strain_energy) == list(modes.strain_energy)
+    for name, shares in modes.kinetic_energy.items():
+        np.testing.assert_array_equal(there.modes().kinetic_energy[name], shares)
+    with pytest.raises(TypeError):
+        there.modes().strain_energy["k"] = 0.0

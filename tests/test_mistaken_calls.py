@@ -28,6 +28,10 @@ def results():
     [
         (lambda: ibs.vibration_budget(MODEL, MOTION, NOISE), r"vibration_budget takes a linear system.*got Model\("),
         (lambda: ibs.transient_response(MODEL, {FORCE: [1, 2]}, MOTION), "takes a linear system"),
+        (lambda: FREQUENCY.evaluate(MODEL), r"the quantity 'frequency of mode 1' takes a linear system"),
+        (lambda: ibs.ModeDamping(1).evaluate(None), "takes a linear system"),
+        (lambda: ibs.ResponseAt(FORCE, MOTION, 1.0).evaluate(3), "takes a linear system"),
+        (lambda: ibs.PeakResponse(FORCE, MOTION, (1, 5)).evaluate(MODEL), "takes a linear system"),
         (lambda: ibs.Requirement("stiff", FREQUENCY, 3.0, ">=").check(MODEL), "'stiff' takes a linear system"),
         (lambda: ibs.vibration_budget(SYSTEM, MOTION, NOISE).plot(limit="small"), "limit must be one number"),
         (lambda: ibs.vibration_budget(SYSTEM, MOTION, NOISE).plot(limit=-1.0), "limit must be above 0"),

@@ -14,6 +14,7 @@ from fem_import.readers.assembly import warn_of_few_digits
 from fem_import.readers.calculix_deck import Deck, read_deck
 from fem_import.readers.long_text import LongText, texts_of
 from fem_import.readers.packed_file import read_bytes
+from fem_import.readers.regular_text import IntArray
 from fem_import.readers.triangles import SparseMatrix, mirrored, refuse_outside
 from fem_import.readers.triplets import Triplets, parse_triplets
 from fem_import.threads import one_behind_another
@@ -43,12 +44,15 @@ def read_calculix(path: str | os.PathLike[str], units: str = "SI") -> FEModel:
     texts = texts_of(*matrix_paths)
     deck = read_deck(deck_path)
     dofs, rotation_nodes = _rotations_to_reference(_read_dofs(dof_path, deck), deck, dof_path.name)
-    triangles: list[Triplets] = []
+    patterns: list[tuple[IntArray, IntArray]] = []
+    digits: list[int] = []
 
     def parsed(given: tuple[Path, LongText]) -> tuple[str, Triplets]:
         path, text = given
-        triangles.append(parse_triplets(text, path.name, len(triangles[0].values) if triangles else None))
-        return path.name, triangles[-1]
+        triangle = parse_triplets(text, path.name, len(patterns[0][0]) if patterns else None)
+        patterns.append((triangle.rows, triangle.columns))
+        digits.append(triangle.digits)
+        return path.name, triangle
 
     def assembled(given: tuple[str, Triplets]) -> SparseMatrix:
         name, triangle = given
@@ -56,14 +60,14 @@ def read_calculix(path: str | os.PathLike[str], units: str = "SI") -> FEModel:
         return mirrored(triangle.rows, triangle.columns, triangle.values, len(dofs), name)
 
     K, M = one_behind_another(parsed, assembled, zip(matrix_paths, texts, strict=True))
-    stiffness, mass = triangles
-    if not (np.array_equal(stiffness.rows, mass.rows) and np.array_equal(stiffness.columns, mass.columns)):
+    stiff, heavy = patterns
+    if not all(np.array_equal(one, other) for one, other in zip(stiff, heavy, strict=True)):
         raise ExportError(
-            f"{stiffness_path.name} has {len(stiffness.values)} entries and {mass_path.name} "
-            f"{len(mass.values)}, or at other "
+            f"{stiffness_path.name} has {len(stiff[0])} entries and {mass_path.name} {len(heavy[0])}, or at other "
             "places; ccx writes both with one pattern. They are of different runs or damaged: export again."
         )
-    digits = min(stiffness.digits, mass.digits)
+    patterns.clear()  # as large as what has been made of them
+    del stiff, heavy
     # The ROT NODE of a rigid body is no point of the part.
     is_point = np.isin(deck.node_ids, rotation_nodes, invert=True)
     node_sets = deck.node_sets
@@ -78,12 +82,12 @@ def read_calculix(path: str | os.PathLike[str], units: str = "SI") -> FEModel:
         node_sets=node_sets,
         units=units,
         source=f"CalculiX {deck_path.name}",
-        digits=digits,
+        digits=min(digits),
         skin=deck.skin,
         copy=False,
         symmetric=True,
     )
-    warn_of_few_digits(digits, stem.name)
+    warn_of_few_digits(min(digits), stem.name)
     return part
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,6 +12,7 @@ import numpy as np
 from fem_import.progress import Progress
 from ibsdyn.errors import IbsdynError
 from ibsdyn.history.revision import RecordedResult, Revision
+from ibsdyn.read_only import ReadOnlyMapping
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -183,15 +183,15 @@ def difference(before: Revision, after: Revision, first: Model | None, why_not: 
     one = {result.name: result for result in before.results}
     other = {result.name: result for result in after.results}
     effects = tuple(
-        Effect(name, one.get(name), other.get(name), MappingProxyType(contributions.get(name, {})))
+        Effect(name, one.get(name), other.get(name), ReadOnlyMapping(contributions.get(name, {})))
         for name in dict.fromkeys([*one, *other])
     )
     return Difference(
         before,
         after,
         changed,
-        MappingProxyType({address: value for address, value in new.items() if address not in old}),
-        MappingProxyType({address: value for address, value in old.items() if address not in new}),
+        ReadOnlyMapping({address: value for address, value in new.items() if address not in old}),
+        ReadOnlyMapping({address: value for address, value in old.items() if address not in new}),
         effects,
         tuple(notes),
     )

@@ -12,10 +12,10 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from types import MappingProxyType
 
 from ibsdyn.errors import HistoryError
 from ibsdyn.history.revision import RecordedResult, Revision
+from ibsdyn.read_only import ReadOnlyMapping
 
 # "ibsH": what SQLite keeps in the header for programs to know their files by.
 APPLICATION_ID = 0x69627348
@@ -220,8 +220,8 @@ def _revision(row: tuple[object, ...], results: tuple[RecordedResult, ...]) -> R
         model=str(model),
         fidelity=str(fidelity),
         input_hash=str(input_hash),
-        parameters=MappingProxyType({key: float(value) for key, value in json.loads(str(parameters)).items()}),
-        versions=MappingProxyType(json.loads(str(versions))),
+        parameters=ReadOnlyMapping({key: float(value) for key, value in json.loads(str(parameters)).items()}),
+        versions=ReadOnlyMapping(json.loads(str(versions))),
         results=results,
         model_file=None if model_file is None else str(model_file),
         no_model_file=str(no_model_file),
