@@ -17,6 +17,7 @@ from fem_import.threads import n_threads, side_by_side
 BLOCK = 1 << 17  # bytes; stays in the cache
 _LARGER_BLOCK = 1 << 19  # on which threads work without standing in each other's way
 _NEWLINE = ord("\n")
+_TAIL = 256
 _SAMPLES, _SAMPLE = 32, 8192
 
 
@@ -62,12 +63,17 @@ class LongText:
         start = 0
         with self._opened() as stream:
             while start < len(self):
-                text = self._read(stream, start, BLOCK)
-                end = text.rfind(b"\n") + 1
-                if end == 0:
+                stop = min(start + BLOCK, len(self))
+                # A line mostly ends in the last bytes; to look there first spares a copy of the block.
+                for tail in (_TAIL, BLOCK):
+                    first = max(start, stop - tail)
+                    end = first + self._read(stream, first, stop - first).rfind(b"\n") + 1
+                    if end > first:
+                        break
+                else:
                     return
-                yield text[:end]
-                start += end
+                yield self._read(stream, start, end - start)
+                start = end
 
     def count_lines(self) -> int:
         """Return the number of line ends."""
