@@ -107,16 +107,15 @@ class FixedLayout:
         """Return how many characters of the last words are no digits where they have their marks in place."""
         if not are_digits(text.take(ends - 1)).all() or (ends - max(self.dot, 1) < starts).any():
             return None
-        signs = text.take(starts)
-        count = int(np.count_nonzero(signs == _MINUS) + np.count_nonzero(signs == _PLUS))
+        # What stands before the digits: signs, as the parser takes nothing else there.
+        count = int(np.count_nonzero(text.take(starts) < _ZERO))
         for character, distance in ((_DOT, self.dot), (self.exponent_mark, self.exponent)):
             if distance:
                 if not (text.take(ends - distance) == character).all():
                     return None
                 count += len(starts)
         if self.has_exponent_sign:
-            signs = text.take(ends - (self.exponent - 1))
-            if not ((signs == _PLUS) | (signs == _MINUS)).all():
+            if ((text.take(ends - (self.exponent - 1)) - _PLUS) & ~np.uint8(_MINUS - _PLUS)).any():
                 return None
             count += len(starts)
         return count
