@@ -40,6 +40,17 @@ __all__ = [
 _OPTIONS = ("mass", "damping", "mapping", "nodes", "node_sets", "deck", "dofs", "names", "bulk", "interfaces")
 _OPTIONS_OF_SUPERELEMENTS = ("positions", "masters")
 _HEAD = 4096
+# Files that programs keep beside what is read here, and what to have written instead.
+_INSTEAD = {
+    ".op2": "Nastran's results in binary; have OUTPUT4 or DMIG written (EXTSEOUT: MATOP4= or DMIGPCH, not DMIGOP2)",
+    ".odb": "Abaqus' results; *MATRIX GENERATE and *MATRIX OUTPUT, STIFFNESS, MASS write job_STIF1.mtx as text",
+    ".sim": "Abaqus' own binary form; *MATRIX OUTPUT, STIFFNESS, MASS writes job_STIF1.mtx as text",
+    ".rst": "Ansys' results; its matrices are in the .full file, or HBMAT writes them as text",
+    ".db": "Ansys' database; its matrices are in the .full file, or HBMAT writes them as text",
+    ".emat": "Ansys' element matrices; the assembled ones are in the .full file, or HBMAT writes them as text",
+    ".frd": "CalculiX' results; *FREQUENCY, SOLVER=MATRIXSTORAGE writes .sti, .mas and .dof",
+    ".mph": "COMSOL's model; mphmatrix of LiveLink gives the matrices, to be saved as .mat",
+}
 
 
 @overload
@@ -99,8 +110,15 @@ def _is_calculix_job(given: Path) -> bool:
     return beside or bare_suffix(given) in suffixes
 
 
+def _refuse_results(given: Path) -> None:
+    what = _INSTEAD.get(bare_suffix(given))
+    if what is not None:
+        raise ExportError(f"{given.name} is {what}. The commands are in docs/import.md.")
+
+
 def _reader_of_superelement(given: Path) -> Callable[..., ReducedBody]:
     refuse_substructure_file(given)
+    _refuse_results(given)
     head = first_bytes(given, _HEAD)
     if is_substructure(head):
         return read_abaqus_substructure
@@ -116,6 +134,7 @@ def _reader_of_superelement(given: Path) -> Callable[..., ReducedBody]:
 
 def _reader_of(given: Path, options: dict[str, Any]) -> Callable[..., FEModel]:
     refuse_substructure_file(given)
+    _refuse_results(given)
     head = first_bytes(given, _HEAD)
     suffix = bare_suffix(given)
     if suffix == ".inp":

@@ -298,6 +298,24 @@ def test_folders_and_pipes_are_no_files(tmp_path):
         fi.read(tmp_path / "pipe.mtx", units="SI")
 
 
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("part.op2", "MATOP4= or DMIGPCH"),
+        ("job.odb", r"\*MATRIX OUTPUT"),
+        ("part.rst", r"the \.full file, or HBMAT"),
+        ("job.frd", "SOLVER=MATRIXSTORAGE"),
+        ("part.mph", "mphmatrix"),
+    ],
+)
+def test_files_that_programs_keep_beside_are_told_from_exports(tmp_path, name, words):
+    path = tmp_path / name
+    path.write_bytes(b"\x04\0\0\0" * 100)
+    for options in ({}, {"interfaces": {"base": 1}}):
+        with pytest.raises(fi.ExportError, match=f"{name} is .*{words}.*docs/import.md"):
+            fi.read(path, units="SI", **options)
+
+
 def test_full_file_gives_the_same_body(tmp_path):
     path = tmp_path / "part.full"
     write_full(path, BLOCK)
