@@ -88,7 +88,7 @@ class LongText:
         step = len(self) // _SAMPLES
         with self._opened() as stream:
             samples = b"".join(self._read(stream, start, _SAMPLE) for start in range(step // 2, len(self), step))
-        return int(1.01 * samples.count(b"\n") / len(samples) * len(self))
+        return int(1.01 * samples.count(b"\n") / max(1, len(samples)) * len(self))
 
     def ends_of_lines(self, numbers: list[int]) -> list[int]:
         """Return where the lines of these ascending numbers (from 1) end, as many of them as there are."""
@@ -103,6 +103,8 @@ class LongText:
                     ends.append(start + int(found[number - passed - 1]) + 1 if number else 0)
                 passed += len(found)
                 start += len(text)
+                if not len(text):  # the file has shrunk
+                    break
         return ends
 
     def _count_line_ends(self) -> int:

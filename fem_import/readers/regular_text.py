@@ -52,10 +52,9 @@ def _byte_classes(exponents: bytes = b"eE", blanks: bytes = b" \t\r\n") -> bytes
 def regular_triplets(text: LongText, n_lines: int | None = None) -> tuple[IntArray, IntArray, FloatArray] | None:
     """Return rows and columns (base 0) and values of lines "row column value"; None where they are not regular.
 
-    n_lines : how many there must be; any number of them if None.
+    n_lines : how many there should be, if that is known; it is not believed.
     """
-    found = _coordinates(text, n_lines, _LARGEST_INDEX, 3, _CheckedText)
-    return None if found is None or n_lines not in (None, len(found[2])) else found
+    return _coordinates(text, n_lines, _LARGEST_INDEX, 3, _CheckedText)
 
 
 def regular_labelled_triplets(text: LongText) -> tuple[IntArray, IntArray, FloatArray] | None:
@@ -99,17 +98,19 @@ def _parsed(
 ) -> tuple[Any, int] | None:
     """Return what the parser makes of the text, and how many lines it has; more may follow in what is returned.
 
-    n_lines : for how many there must be room; None estimates it. {} stands for it in the header.
+    n_lines : how many there should be; they are estimated if that is None or cannot be. {} stands for them in the
+    header.
     """
-    room = text.about_lines() if n_lines is None else n_lines
-    if not 0 < room <= len(text) // (2 * words_a_line) or text[-1:] != b"\n":
-        return None  # the parser divides by the number of lines, and takes memory for as many
+    most = len(text) // (2 * words_a_line)  # the parser takes memory for as many as are announced
+    room = n_lines if n_lines is not None and 0 < n_lines <= most else text.about_lines()
+    if not 0 < room <= most or text[-1:] != b"\n":
+        return None  # the parser divides by the number of lines
     checked = kind(f"%%MatrixMarket matrix {header.format(room)}\n", text, words_a_line, room)
     try:
         found = scipy_io.mmread(cast("IO[bytes]", checked), **_AS_ARRAY)
     except (ValueError, OverflowError):
         found = None
-    if checked.is_overfull and n_lines is None:
+    if checked.is_overfull:
         return _parsed(header, text, text.count_lines(), words_a_line, kind)
     return (found, checked.n_lines) if found is not None and checked.is_regular else None
 

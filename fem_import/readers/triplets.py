@@ -31,7 +31,8 @@ class Triplets:
 
 
 def parse_triplets(content: LongText, name: str, n_lines: int | None = None) -> Triplets:
-    """Parse base-1 lines "row column value"; `name` is the file's in messages, n_lines how many there should be.
+    """Parse base-1 lines "row column value"; `name` is the file's in messages, n_lines how many there should be,
+    which the caller compares.
 
     Raises ExportError where a line is none, or is cut.
     """

@@ -100,3 +100,14 @@ def test_a_file_that_shrinks_while_it_is_read_ends_there(tmp_path):
     path.write_bytes(b"7\n7\n")
     assert text.count_lines() == 2
     assert list(text.blocks_of_lines()) == [b"7\n7\n"]
+    assert text.ends_of_lines([1, 5]) == [2]
+    assert text.line_at(2) == b"7\n"
+
+
+def test_a_long_file_that_is_emptied_has_no_lines(tmp_path):
+    path = tmp_path / "part_K.mtx"
+    path.write_bytes(b"7\n" * (20 * BLOCK))
+    text = LongText(path)
+    path.write_bytes(b"")
+    assert text.about_lines() == 0
+    assert text.ends_of_lines([1]) == []
