@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterable, Iterator
 from types import TracebackType
+from typing import TypeVar
 
 from tqdm import tqdm
+
+Item = TypeVar("Item")
 
 
 class Progress:
@@ -28,6 +32,13 @@ class Progress:
             self._bar.update()
         self._started = True
         self._bar.set_postfix_str(name)
+
+    def through(self, items: Iterable[Item], stages: Iterable[str]) -> Iterator[Item]:
+        """Yield the items, each a stage of its own from when it is asked for."""
+        waiting = iter(items)
+        for stage in stages:
+            self.stage(stage)
+            yield next(waiting)
 
     def __enter__(self) -> Progress:
         """Return itself."""

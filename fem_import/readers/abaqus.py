@@ -17,6 +17,7 @@ from scipy import linalg, sparse
 from fem_import.errors import ExportError, MissingFileError, UnknownKeywordError, warn_user
 from fem_import.fe_model import FEModel
 from fem_import.keywords import known_keywords
+from fem_import.progress import Progress
 from fem_import.readers.abaqus_deck import read_abaqus_deck
 from fem_import.readers.assembly import LabelledMatrices, mass_beside
 from fem_import.readers.long_text import LongText, texts_of
@@ -250,7 +251,8 @@ def _matrices(paths: list[Path], texts: Iterator[LongText], nodes: Nodes, deck_n
         first, second = (rows[0].numbers(labels, names[0]) for labels in (table.rows, table.columns))
         return full_symmetric(first, second, table.values, len(rows[0].dofs), name, "either")
 
-    made = one_behind_another(parsed, assembled, zip(names, texts, strict=True))
+    with Progress(f"reading {names[0]}", len(names)) as progress:
+        made = one_behind_another(parsed, assembled, zip(names, progress.through(texts, names), strict=True))
     full, dofs = [matrix for matrix, _ in made], rows[0].dofs
     for row in np.flatnonzero(full[0].diagonal() == 0.0)[:1]:
         _refuse_no_diagonal(names[0], *dofs[row])

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from fem_import.errors import ExportError, MissingFileError, UnknownKeywordError
 from fem_import.fe_model import FEModel
 from fem_import.keywords import known_keywords
+from fem_import.progress import Progress
 from fem_import.readers.ansys_cdb import read_archive
 from fem_import.readers.ansys_full import read_full
 from fem_import.readers.assembly import LabelledMatrices, mass_beside, refuse_other_size
@@ -107,11 +108,11 @@ def _read_text(
     mass_path = Path(mass) if mass is not None else mass_beside(stiffness, _MASS_NAMES, _HOW_TO_EXPORT)
     paths = [stiffness, mass_path] + ([Path(damping)] if damping is not None else [])
     parse = parse_harwell_boeing if is_hb else parse_matrix
-    printed = one_behind_another(
-        lambda given: parse(given[1], given[0].name),
-        PrintedEntries.assembled,
-        zip(paths, texts_of(*paths), strict=True),
-    )
+    with Progress(f"reading {stiffness.name}", len(paths)) as progress:
+        texts = progress.through(texts_of(*paths), (path.name for path in paths))
+        printed = one_behind_another(
+            lambda given: parse(given[1], given[0].name), PrintedEntries.assembled, zip(paths, texts, strict=True)
+        )
     sizes = [item.matrix.shape[0] for item in printed]
     for path, size in zip(paths[1:], sizes[1:], strict=True):
         refuse_other_size(size, sizes[0], path.name, stiffness.name)

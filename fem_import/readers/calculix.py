@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from fem_import.errors import ExportError, MissingFileError
 from fem_import.fe_model import FEModel
+from fem_import.progress import Progress
 from fem_import.readers.assembly import warn_of_few_digits
 from fem_import.readers.calculix_deck import Deck, read_deck
 from fem_import.readers.long_text import LongText, texts_of
@@ -59,7 +60,9 @@ def read_calculix(path: str | os.PathLike[str], units: str = "SI") -> FEModel:
         _refuse_no_triangle(triangle, name, len(dofs), dof_path.name)
         return mirrored(triangle.rows, triangle.columns, triangle.values, len(dofs), name)
 
-    K, M = one_behind_another(parsed, assembled, zip(matrix_paths, texts, strict=True))
+    with Progress(f"reading {stem.name}", 2) as progress:
+        shown = progress.through(texts, (path.name for path in matrix_paths))
+        K, M = one_behind_another(parsed, assembled, zip(matrix_paths, shown, strict=True))
     stiff, heavy = patterns
     if not all(np.array_equal(one, other) for one, other in zip(stiff, heavy, strict=True)):
         raise ExportError(

@@ -15,6 +15,7 @@ from scipy import sparse
 from fem_import.errors import ExportError, MissingFileError, UnknownKeywordError, nearest_known, refuse_unknown_names
 from fem_import.fe_model import FEModel
 from fem_import.keywords import known_keywords
+from fem_import.progress import Progress
 from fem_import.readers.assembly import LabelledMatrices, refuse_other_size, warn_of_few_digits
 from fem_import.readers.dof_table import DofTable, read_dof_table
 from fem_import.readers.nastran_bulk import BulkData, DirectMatrix, parse_bulk
@@ -244,31 +245,34 @@ class _Files:
         self._source = paths[0].name
         self.bulk = BulkData(None, {})
         found: dict[str, _Entries] = {}
-        for path in paths:
-            if (bare_suffix(path) != ".op4") != self.are_labelled:
-                raise ExportError(
-                    f"{paths[0].name} and {path.name} are of different formats. Give both as DMIG or .op4."
-                )
-            content = read_bytes(path)
-            if self.are_labelled:
-                refuse_cut_text(content, path.name)
-                read = parse_bulk(text_of(content), path.name)
-                self.bulk = replace(read if read.nodes else self.bulk, matrices={})
-                new = {name: _labelled_entries(name, matrix) for name, matrix in read.matrices.items()}
-            else:
-                new = {}
-                for name, matrix in parse_op4(content, path.name).items():
-                    values = np.full(1, np.nan) if matrix.is_complex else matrix.values
-                    new[name] = _Entries(name, matrix.rows, matrix.columns, values, matrix.digits, matrix.size)
-            twice = set(found) & set(new)
-            if twice:
-                raise ExportError(f"{path.name} gives matrix {sorted(twice)[0]} again.")
-            found |= new
+        with Progress(f"reading {paths[0].name}", len(paths)) as progress:
+            for path in progress.through(paths, (path.name for path in paths)):
+                new = self._entries_of(path, paths[0])
+                twice = set(found) & set(new)
+                if twice:
+                    raise ExportError(f"{path.name} gives matrix {sorted(twice)[0]} again.")
+                found |= new
         if bulk is not None:
             content = read_bytes(Path(bulk))
             refuse_cut_text(content, Path(bulk).name)
             self.bulk = parse_bulk(text_of(content), Path(bulk).name)
         self._kinds = {kind: _chosen(found, kind, (names or {}).get(kind), self._source) for kind in _KINDS}
+
+    def _entries_of(self, path: Path, first: Path) -> dict[str, _Entries]:
+        """Return the matrices of one file by name; also take what it says about nodes."""
+        if (bare_suffix(path) != ".op4") != self.are_labelled:
+            raise ExportError(f"{first.name} and {path.name} are of different formats. Give both as DMIG or .op4.")
+        content = read_bytes(path)
+        if self.are_labelled:
+            refuse_cut_text(content, path.name)
+            read = parse_bulk(text_of(content), path.name)
+            self.bulk = replace(read if read.nodes else self.bulk, matrices={})
+            return {name: _labelled_entries(name, matrix) for name, matrix in read.matrices.items()}
+        new = {}
+        for name, matrix in parse_op4(content, path.name).items():
+            values = np.full(1, np.nan) if matrix.is_complex else matrix.values
+            new[name] = _Entries(name, matrix.rows, matrix.columns, values, matrix.digits, matrix.size)
+        return new
 
     def size(self) -> int:
         return max((entries.size for entries in self._given()), default=0)

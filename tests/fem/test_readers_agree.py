@@ -1,7 +1,9 @@
 """One part, assembled by CalculiX, in each program's text format and in two systems of units: one reduced body."""
 
+import io
 import shutil
 import subprocess
+import sys
 import warnings
 from dataclasses import dataclass, replace
 from typing import Any
@@ -133,3 +135,18 @@ def test_the_part_is_as_calculix_assembled_it(part):
     motion = np.tile(np.eye(3), (len(own.positions), 1))
     assert model.report().mass == pytest.approx(np.trace(motion.T @ (own.M @ motion)) / 3, rel=1e-12)
     assert model.report().support == "free"
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_a_terminal_sees_which_file_is_read_and_a_file_nothing(tmp_path, part, monkeypatch, name):
+    class Terminal(io.StringIO):
+        def isatty(self):
+            return True
+
+    for stream in (Terminal(), io.StringIO()):
+        monkeypatch.setattr(sys, "stderr", stream)
+        FORMATS[name][0](tmp_path / type(stream).__name__, part, "SI")
+        assert ("reading " in stream.getvalue()) == stream.isatty()
+        if stream.isatty():
+            read = [path.name for path in (tmp_path / "Terminal").iterdir() if path.name in stream.getvalue()]
+            assert any("mas" in file.lower() or "_M" in file or file.endswith(".pch") for file in read)
