@@ -45,32 +45,36 @@ def read_calculix(path: str | os.PathLike[str], units: str = "SI") -> FEModel:
     texts = texts_of(*matrix_paths)
     deck = read_deck(deck_path)
     dofs, rotation_nodes = _rotations_to_reference(_read_dofs(dof_path, deck), deck, dof_path.name)
-    patterns: list[tuple[IntArray, IntArray]] = []
+    pattern: list[IntArray] = []  # rows and columns of the stiffness, until those of the mass are compared with them
     digits: list[int] = []
 
-    def parsed(given: tuple[Path, LongText]) -> tuple[str, Triplets]:
+    def parsed(given: tuple[Path, LongText]) -> tuple[Path, Triplets]:
         path, text = given
-        triangle = parse_triplets(text, path.name, len(patterns[0][0]) if patterns else None)
-        patterns.append((triangle.rows, triangle.columns))
+        triangle = parse_triplets(text, path.name, len(pattern[0]) if pattern else None)
         digits.append(triangle.digits)
-        return path.name, triangle
+        if path == stiffness_path:
+            pattern[:] = triangle.rows, triangle.columns
+        return path, triangle
 
-    def assembled(given: tuple[str, Triplets]) -> SparseMatrix:
-        name, triangle = given
-        _refuse_no_triangle(triangle, name, len(dofs), dof_path.name)
-        return mirrored(triangle.rows, triangle.columns, triangle.values, len(dofs), name)
+    def assembled(given: tuple[Path, Triplets]) -> SparseMatrix:
+        path, triangle = given
+        rows, columns, values = triangle.rows, triangle.columns, triangle.values
+        if path == mass_path:
+            if not (np.array_equal(rows, pattern[0]) and np.array_equal(columns, pattern[1])):
+                raise ExportError(
+                    f"{stiffness_path.name} has {len(pattern[0])} entries and {path.name} {len(rows)}, or at other "
+                    "places; ccx writes both with one pattern. They are of different runs or damaged: export again."
+                )
+            pattern.clear()  # as large as what is made now
+        else:
+            _refuse_no_triangle(triangle, path.name, len(dofs), dof_path.name)
+            if not values.all():  # then the zeros are taken out of these arrays
+                rows, columns = rows.copy(), columns.copy()
+        return mirrored(rows, columns, values, len(dofs), path.name)
 
     with Progress(f"reading {stem.name}", 2) as progress:
         shown = progress.through(texts, (path.name for path in matrix_paths))
         K, M = one_behind_another(parsed, assembled, zip(matrix_paths, shown, strict=True))
-    stiff, heavy = patterns
-    if not all(np.array_equal(one, other) for one, other in zip(stiff, heavy, strict=True)):
-        raise ExportError(
-            f"{stiffness_path.name} has {len(stiff[0])} entries and {mass_path.name} {len(heavy[0])}, or at other "
-            "places; ccx writes both with one pattern. They are of different runs or damaged: export again."
-        )
-    patterns.clear()  # as large as what has been made of them
-    del stiff, heavy
     # The ROT NODE of a rigid body is no point of the part.
     is_point = np.isin(deck.node_ids, rotation_nodes, invert=True)
     node_sets = deck.node_sets

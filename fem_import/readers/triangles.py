@@ -65,7 +65,7 @@ def refuse_outside(rows: IntArray, columns: IntArray, size: int, name: str, tabl
 
 
 def mirrored(rows: IntArray, columns: IntArray, values: FloatArray, size: int, name: str) -> SparseMatrix:
-    """Return one triangle and its mirror image, without the zeros. The values may be used up.
+    """Return one triangle and its mirror image, without the zeros. The arrays may be used up.
 
     Raises ExportError for an entry given twice.
     """
@@ -75,9 +75,7 @@ def mirrored(rows: IntArray, columns: IntArray, values: FloatArray, size: int, n
         triangle = _of_ordered(columns, rows, values, size)  # as good: the other triangle
     if triangle is None:
         triangle = _of_disordered(rows, columns, values, size, name)
-    if not triangle.data.all():
-        triangle.indices = triangle.indices.copy()
-        triangle.eliminate_zeros()
+    _drop_zeros(triangle)
     whole = sparse.csr_array(triangle + triangle.T.tocsr())
     whole.has_canonical_format = True  # so nobody needs to look
     return whole
