@@ -163,15 +163,18 @@ class FEModel:
 
     def mass_properties(self) -> MassProperties:
         """Return mass, centre of gravity and inertia of what the DoF carry."""
+        origin, _, rigid_mass = self._rigid_mass()
+        return mass_properties(rigid_mass, origin)
+
+    def _rigid_mass(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return a point amid the nodes, the rigid motions R (n, 6) about it, and R^T M R."""
         origin = self.positions[self.dof_nodes()].mean(axis=0)
         motion = self.rigid_body_motion(origin)
-        return mass_properties(motion.T @ (self.M @ motion), origin)
+        return origin, motion, motion.T @ (RowParallel(self.M) @ motion)
 
     def report(self) -> ExportReport:
         """Prove the import: mass, CoG, inertia, rigid-body residual, symmetry, digits, findings in words."""
-        origin = self.positions[self.dof_nodes()].mean(axis=0)
-        motion = self.rigid_body_motion(origin)
-        rigid_mass = motion.T @ (RowParallel(self.M) @ motion)
+        origin, motion, rigid_mass = self._rigid_mass()
         properties = mass_properties(rigid_mass, origin)
         to_centre = rigid_motion_at(origin, properties.centre_of_mass)
         arm = np.sqrt(np.mean(np.sum((self.positions - properties.centre_of_mass) ** 2, axis=1))) or 1.0
@@ -264,11 +267,6 @@ def _indices_of(labels: IntArray, wanted: IntArray) -> IntArray:
     return np.asarray(order[np.searchsorted(labels[order], wanted)], dtype=np.int64)
 
 
-def _ascending(values: IntArray) -> IntArray:
-    """Return the values in order, in which programs mostly write them."""
-    return values if np.all(values[1:] >= values[:-1]) else np.sort(values)
-
-
 def _as_integers(what: str, values: ArrayLike) -> IntArray:
     try:
         array = np.asarray(values)
@@ -327,7 +325,7 @@ def _checked_dofs(dofs: ArrayLike | int, labels: IntArray) -> IntArray:
     if np.any(unknown):
         row = int(np.flatnonzero(unknown)[0])
         raise ExportError(f"dofs row {row} names node {table[row, 0]}, which has no position. Give all nodes.")
-    keys = _ascending(8 * _indices_of(labels, table[:, 0]) + table[:, 1])
+    keys = np.sort(8 * _indices_of(labels, table[:, 0]) + table[:, 1])
     for key in keys[:-1][np.diff(keys) == 0][:1]:
         raise ExportError(
             f"DoF {labels[key >> 3]}.{key & 7} (node.direction) occurs {np.count_nonzero(keys == key)} times; each row "

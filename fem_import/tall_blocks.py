@@ -36,7 +36,7 @@ def inner(first: FloatArray, second: FloatArray) -> FloatArray:
             total += second[row:last].T @ first[row:last]  # the narrow one first takes a fifth less time
         return np.asarray(total.T)
 
-    total, *others = by_rows(len(first), partial)
+    total, *others = _by_rows(len(first), partial)
     for other in others:
         total += other
     return total
@@ -53,7 +53,7 @@ def combine(block: FloatArray, coefficients: FloatArray, out: FloatArray | None 
             last = min(row + _ROWS_AT_ONCE, end)
             product[row:last] = block[row:last] @ coefficients
 
-    by_rows(len(block), some)
+    _by_rows(len(block), some)
     return product
 
 
@@ -67,7 +67,7 @@ def subtract(target: FloatArray, block: FloatArray, coefficients: FloatArray) ->
             last = min(row + _ROWS_AT_ONCE, end)
             target[row:last] -= block[row:last] @ coefficients
 
-    by_rows(len(block), some)
+    _by_rows(len(block), some)
 
 
 def put(target: FloatArray, block: FloatArray) -> None:
@@ -76,7 +76,7 @@ def put(target: FloatArray, block: FloatArray) -> None:
     def some(start: int, end: int) -> None:
         target[start:end] = block[start:end]
 
-    by_rows(len(block), some)
+    _by_rows(len(block), some)
 
 
 def in_rows(block: FloatArray) -> FloatArray:
@@ -97,11 +97,11 @@ def _copied(block: FloatArray, order: Literal["C", "F"]) -> FloatArray:
             last = min(row + _ROWS_AT_ONCE, end)
             copy[row:last] = block[row:last]
 
-    by_rows(len(block), some)
+    _by_rows(len(block), some)
     return copy
 
 
-def by_rows(n_rows: int, work: Callable[[int, int], Result]) -> list[Result]:
+def _by_rows(n_rows: int, work: Callable[[int, int], Result]) -> list[Result]:
     """Return what the work gives for ranges that cover all rows, in their order."""
     count = max(1, min(n_threads(), n_rows // _WORTH_A_THREAD))
     limits = [n_rows * index // count for index in range(count + 1)]

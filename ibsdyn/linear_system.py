@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from fem_import.names import ReadOnlyMapping
 from ibsdyn.assembly import Assembly
 from ibsdyn.axes import Array
 from ibsdyn.damping import damping_matrix, modal_diagonal, modal_ratios, strain_energy_shares
@@ -19,7 +20,6 @@ from ibsdyn.harmonic import harmonic_response
 from ibsdyn.locks import eliminate_locks
 from ibsdyn.modes import Modes, undamped_modes
 from ibsdyn.quasi_static import QuasiStaticMotion, quasi_static_motion
-from ibsdyn.read_only import ReadOnlyMapping
 from ibsdyn.reduction_trust import warn_of_frequencies_beyond, warn_of_modes_beyond
 from ibsdyn.signals import Input, Output, base_column, load_column, sensor_row
 from ibsdyn.state_space import StateSpace, state_space

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fem_import.names import ReadOnlyMapping
 from ibsdyn.axes import DIRECTIONS, Array, skew
 from ibsdyn.components import Point
 from ibsdyn.errors import ModelError, UnknownNameError, known_keywords, nearest
-from ibsdyn.read_only import ReadOnlyMapping
 from ibsdyn.signals import CombinedSensor, Sensor
 from ibsdyn.validation import number, point
 

@@ -11,12 +11,12 @@ import numpy as np
 import scipy.linalg
 from scipy.linalg import lapack
 
+from fem_import.names import ReadOnlyMapping
 from ibsdyn.assembly import Assembly, body_mass_matrix
 from ibsdyn.axes import Array
 from ibsdyn.damping import modal_diagonal
 from ibsdyn.elastic_parts import free_motions
 from ibsdyn.errors import AnalysisError
-from ibsdyn.read_only import ReadOnlyMapping
 from ibsdyn.reduction_trust import reduction_errors
 
 if TYPE_CHECKING:

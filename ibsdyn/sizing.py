@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg
 
+from fem_import.names import ReadOnlyMapping
 from ibsdyn.errors import ModelError, UnknownNameError, known_keywords, nearest
-from ibsdyn.read_only import ReadOnlyMapping
 from ibsdyn.validation import number
 
 # Shares typed with a few digits may add up to a little more than 1.

@@ -110,15 +110,15 @@ def _is_calculix_job(given: Path) -> bool:
     return beside or bare_suffix(given) in suffixes
 
 
-def _refuse_results(given: Path) -> None:
+def _refuse_other_files(given: Path) -> None:
+    refuse_substructure_file(given)
     what = _INSTEAD.get(bare_suffix(given))
     if what is not None:
         raise ExportError(f"{given.name} is {what}. The commands are in docs/import.md.")
 
 
 def _reader_of_superelement(given: Path) -> Callable[..., ReducedBody]:
-    refuse_substructure_file(given)
-    _refuse_results(given)
+    _refuse_other_files(given)
     head = first_bytes(given, _HEAD)
     if is_substructure(head):
         return read_abaqus_substructure
@@ -133,8 +133,7 @@ def _reader_of_superelement(given: Path) -> Callable[..., ReducedBody]:
 
 
 def _reader_of(given: Path, options: dict[str, Any]) -> Callable[..., FEModel]:
-    refuse_substructure_file(given)
-    _refuse_results(given)
+    _refuse_other_files(given)
     head = first_bytes(given, _HEAD)
     suffix = bare_suffix(given)
     if suffix == ".inp":

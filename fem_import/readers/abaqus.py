@@ -17,16 +17,14 @@ from scipy import linalg, sparse
 from fem_import.errors import ExportError, MissingFileError, UnknownKeywordError, warn_user
 from fem_import.fe_model import FEModel
 from fem_import.keywords import known_keywords
-from fem_import.progress import Progress
 from fem_import.readers.abaqus_deck import read_abaqus_deck
 from fem_import.readers.assembly import LabelledMatrices, mass_beside
-from fem_import.readers.long_text import LongText, texts_of
+from fem_import.readers.long_text import LongText, read_in_turn, texts_of
 from fem_import.readers.node_table import Nodes
 from fem_import.readers.packed_file import bare_suffix, first_bytes
 from fem_import.readers.regular_text import IntArray, regular_labelled_triplets
 from fem_import.readers.triangles import full_symmetric
 from fem_import.readers.triplets import parse_triplets, printed_digits, refuse_cut_text, refuse_not_finite
-from fem_import.threads import one_behind_another
 from fem_import.units import required_units
 
 PathLike: TypeAlias = "str | os.PathLike[str]"
@@ -232,8 +230,8 @@ def _matrices(paths: list[Path], texts: Iterator[LongText], nodes: Nodes, deck_n
     digits: list[int] = []
     rows: list[_Rows] = []
 
-    def parsed(given: tuple[str, LongText]) -> tuple[str, _Table]:
-        name, text = given
+    def parsed(given: tuple[Path, LongText]) -> tuple[str, _Table]:
+        name, text = given[0].name, given[1]
         table = _parsed_table(text, name)
         if not rows:
             if table.is_labelled:
@@ -251,8 +249,7 @@ def _matrices(paths: list[Path], texts: Iterator[LongText], nodes: Nodes, deck_n
         first, second = (rows[0].numbers(labels, names[0]) for labels in (table.rows, table.columns))
         return full_symmetric(first, second, table.values, len(rows[0].dofs), name, "either")
 
-    with Progress(f"reading {names[0]}", len(names)) as progress:
-        made = one_behind_another(parsed, assembled, zip(names, progress.through(texts, names), strict=True))
+    made = read_in_turn(paths, texts, parsed, assembled)
     full, dofs = [matrix for matrix, _ in made], rows[0].dofs
     for row in np.flatnonzero(full[0].diagonal() == 0.0)[:1]:
         _refuse_no_diagonal(names[0], *dofs[row])

@@ -14,18 +14,16 @@ from numpy.typing import ArrayLike, NDArray
 from fem_import.errors import ExportError, MissingFileError, UnknownKeywordError
 from fem_import.fe_model import FEModel
 from fem_import.keywords import known_keywords
-from fem_import.progress import Progress
 from fem_import.readers.ansys_cdb import read_archive
 from fem_import.readers.ansys_full import read_full
 from fem_import.readers.assembly import LabelledMatrices, mass_beside, refuse_other_size
 from fem_import.readers.harwell_boeing import is_harwell_boeing, parse_harwell_boeing
-from fem_import.readers.long_text import texts_of
+from fem_import.readers.long_text import read_in_turn, texts_of
 from fem_import.readers.matrix_market_file import is_matrix_market, parse_matrix, parse_vector
 from fem_import.readers.node_table import Nodes, read_node_table
 from fem_import.readers.packed_file import bare_suffix, first_bytes, read_bytes, text_of
 from fem_import.readers.printed_matrix import PrintedEntries
 from fem_import.readers.triplets import refuse_cut_text
-from fem_import.threads import one_behind_another
 from fem_import.units import required_units
 
 PathLike: TypeAlias = "str | os.PathLike[str]"
@@ -108,11 +106,9 @@ def _read_text(
     mass_path = Path(mass) if mass is not None else mass_beside(stiffness, _MASS_NAMES, _HOW_TO_EXPORT)
     paths = [stiffness, mass_path] + ([Path(damping)] if damping is not None else [])
     parse = parse_harwell_boeing if is_hb else parse_matrix
-    with Progress(f"reading {stiffness.name}", len(paths)) as progress:
-        texts = progress.through(texts_of(*paths), (path.name for path in paths))
-        printed = one_behind_another(
-            lambda given: parse(given[1], given[0].name), PrintedEntries.assembled, zip(paths, texts, strict=True)
-        )
+    printed = read_in_turn(
+        paths, texts_of(*paths), lambda given: parse(given[1], given[0].name), PrintedEntries.assembled
+    )
     sizes = [item.matrix.shape[0] for item in printed]
     for path, size in zip(paths[1:], sizes[1:], strict=True):
         refuse_other_size(size, sizes[0], path.name, stiffness.name)

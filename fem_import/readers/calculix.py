@@ -10,15 +10,13 @@ from numpy.typing import NDArray
 
 from fem_import.errors import ExportError, MissingFileError
 from fem_import.fe_model import FEModel
-from fem_import.progress import Progress
 from fem_import.readers.assembly import warn_of_few_digits
 from fem_import.readers.calculix_deck import Deck, read_deck
-from fem_import.readers.long_text import LongText, texts_of
+from fem_import.readers.long_text import LongText, read_in_turn, texts_of
 from fem_import.readers.packed_file import read_bytes
 from fem_import.readers.regular_text import IntArray
 from fem_import.readers.triangles import SparseMatrix, mirrored, refuse_outside
 from fem_import.readers.triplets import Triplets, parse_triplets
-from fem_import.threads import one_behind_another
 from fem_import.units import unit_system
 
 JOB_SUFFIXES = (".inp", ".sti", ".mas", ".dof")
@@ -72,9 +70,7 @@ def read_calculix(path: str | os.PathLike[str], units: str = "SI") -> FEModel:
                 rows, columns = rows.copy(), columns.copy()
         return mirrored(rows, columns, values, len(dofs), path.name)
 
-    with Progress(f"reading {stem.name}", 2) as progress:
-        shown = progress.through(texts, (path.name for path in matrix_paths))
-        K, M = one_behind_another(parsed, assembled, zip(matrix_paths, shown, strict=True))
+    K, M = read_in_turn(matrix_paths, texts, parsed, assembled)
     # The ROT NODE of a rigid body is no point of the part.
     is_point = np.isin(deck.node_ids, rotation_nodes, invert=True)
     node_sets = deck.node_sets
@@ -120,9 +116,7 @@ def _read_dofs(path: Path, deck: Deck) -> NDArray[np.int64]:
     dofs = _regular_dofs(content)
     if dofs is None:
         dofs = _dofs_line_by_line(content, path.name)
-    keys = 8 * dofs[:, 0] + dofs[:, 1]
-    if np.any(keys[1:] < keys[:-1]):
-        keys.sort()
+    keys = np.sort(8 * dofs[:, 0] + dofs[:, 1])
     for repeated in np.flatnonzero(np.diff(keys) == 0)[:1]:
         node, direction = divmod(int(keys[repeated]), 8)
         kinds = f" ({', '.join(deck.expanded_elements)})" if deck.expanded_elements else ""

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, BinaryIO, cast
+from typing import Any, BinaryIO, TypeVar, cast
 
 import numpy as np
 
+from fem_import.progress import Progress
 from fem_import.readers.packed_file import is_packed, read_bytes, unreadable
-from fem_import.threads import n_threads, side_by_side
+from fem_import.threads import n_threads, one_behind_another, side_by_side
+
+Parsed = TypeVar("Parsed")
+Made = TypeVar("Made")
 
 BLOCK = 1 << 17  # bytes; stays in the cache
 _LARGER_BLOCK = 1 << 19  # on which threads work without standing in each other's way
@@ -143,3 +147,18 @@ def texts_of(*paths: Path) -> Iterator[LongText]:
     waiting = [pool.submit(read_bytes, path) if is_packed(path) else path for path in paths]
     pool.shutdown(wait=False)
     return (LongText(item if isinstance(item, Path) else item.result()) for item in waiting)
+
+
+def read_in_turn(
+    paths: Sequence[Path],
+    texts: Iterator[LongText],
+    parse: Callable[[tuple[Path, LongText]], Parsed],
+    assemble: Callable[[Parsed], Made],
+) -> list[Made]:
+    """Return assemble(parse((path, text))) of each file, one assembled while the next is parsed; shown on a terminal.
+
+    Raises what was raised for the first file that failed.
+    """
+    with Progress(f"reading {paths[0].name}", len(paths)) as progress:
+        shown = progress.through(texts, (path.name for path in paths))
+        return one_behind_another(parse, assemble, zip(paths, shown, strict=True))

@@ -9,13 +9,11 @@ from typing import TypeAlias
 from fem_import.errors import ExportError, UnknownKeywordError
 from fem_import.fe_model import FEModel
 from fem_import.keywords import known_keywords
-from fem_import.progress import Progress
 from fem_import.readers.assembly import LabelledMatrices, mass_beside, refuse_other_size
 from fem_import.readers.dof_table import read_dof_table
-from fem_import.readers.long_text import LongText, texts_of
+from fem_import.readers.long_text import LongText, read_in_turn, texts_of
 from fem_import.readers.matrix_market_file import parse_matrix
 from fem_import.readers.printed_matrix import PrintedEntries
-from fem_import.threads import one_behind_another
 from fem_import.units import required_units
 
 PathLike: TypeAlias = "str | os.PathLike[str]"
@@ -68,9 +66,7 @@ def read_matrix_market(
         refuse_other_size(entries.size, len(table.dofs), item.name, Path(dofs).name)
         return entries
 
-    with Progress(f"reading {stiffness.name}", len(paths)) as progress:
-        texts = progress.through(texts_of(*paths), (item.name for item in paths))
-        printed = one_behind_another(parsed, PrintedEntries.assembled, zip(paths, texts, strict=True))
+    printed = read_in_turn(paths, texts_of(*paths), parsed, PrintedEntries.assembled)
     matrices = LabelledMatrices(
         K=printed[0].matrix,
         M=printed[1].matrix,

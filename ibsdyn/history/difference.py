@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fem_import.names import ReadOnlyMapping
 from fem_import.progress import Progress
 from ibsdyn.errors import IbsdynError
 from ibsdyn.history.revision import RecordedResult, Revision
-from ibsdyn.read_only import ReadOnlyMapping
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

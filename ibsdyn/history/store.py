@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
+from fem_import.names import ReadOnlyMapping
 from ibsdyn.errors import HistoryError
 from ibsdyn.history.revision import RecordedResult, Revision
-from ibsdyn.read_only import ReadOnlyMapping
 
 # "ibsH": what SQLite keeps in the header for programs to know their files by.
 APPLICATION_ID = 0x69627348
